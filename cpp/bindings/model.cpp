@@ -1,0 +1,154 @@
+#include "peridem/model.h"
+
+#include "bindings.h"
+
+namespace peridem::bindings {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Steps until `n` are taken or `seconds` have passed, at least one; the caller regains control in
+// between, so that signals and progress are served.
+Offset advance(DEMModel& model, Offset n, double seconds) {
+  const auto deadline = Clock::now() + std::chrono::duration<double>(seconds);
+  return model.integrate(n, [&] { return Clock::now() > deadline; });
+}
+
+template <class T>
+auto stateView(std::vector<T> State::* member, Access access) {
+  return [member, access](const py::object& self) {
+    return view(self.cast<State&>().*member, self, access);
+  };
+}
+
+void bindState(py::module_& m) {
+  py::class_<State>(m, "State", "Arrays over all nodes, without copies.")
+      .def_property_readonly("x_ref", stateView(&State::x_ref, Access::read_only))
+      .def_property_readonly("x", stateView(&State::x, Access::writable))
+      .def_property_readonly("u", stateView(&State::u, Access::writable))
+      .def_property_readonly("v", stateView(&State::v, Access::writable))
+      .def_property_readonly("f", stateView(&State::f, Access::writable))
+      .def_property_readonly("volume", stateView(&State::volume, Access::read_only))
+      .def_property_readonly("density", stateView(&State::density, Access::read_only))
+      .def_property_readonly("theta", stateView(&State::theta, Access::writable))
+      .def_property_readonly("weighted_volume",
+                             stateView(&State::weighted_volume, Access::read_only))
+      .def_property_readonly("damage_z", stateView(&State::damage_z, Access::writable))
+      .def_property_readonly("particle_id", stateView(&State::particle_id, Access::read_only))
+      .def_property_readonly("zone_id", stateView(&State::zone_id, Access::read_only))
+      .def_property_readonly("fixity", stateView(&State::fixity, Access::read_only))
+      .def_property_readonly("force_fixity", stateView(&State::force_fixity, Access::read_only))
+      .def("__len__", &State::size);
+}
+
+void bindParticle(py::module_& m) {
+  py::class_<Particle>(m, "Particle", "A body: particle or wall.")
+      .def_readonly("id", &Particle::id)
+      .def_readonly("zone", &Particle::zone)
+      .def_readonly("is_wall", &Particle::is_wall)
+      .def_readonly("constrained", &Particle::constrained)
+      .def_readonly("start", &Particle::start)
+      .def_readonly("stop", &Particle::stop)
+      .def_readonly("center_node", &Particle::center_node)
+      .def_readonly("bounding_radius", &Particle::bounding_radius)
+      .def_readonly("mesh_size", &Particle::mesh_size)
+      .def_readonly("horizon", &Particle::horizon)
+      .def_readonly("volume", &Particle::volume)
+      .def_readonly("density", &Particle::density)
+      .def_readonly("bulk_modulus", &Particle::bulk_modulus)
+      .def_readonly("self_contact_radius", &Particle::self_contact_radius)
+      .def_readonly("self_contact_kn", &Particle::self_contact_kn);
+
+  py::class_<BondTable>(m, "BondTable", "Compressed bond lists, without copies.")
+      .def_property_readonly("offsets",
+                             [](const py::object& self) {
+                               return view(self.cast<BondTable&>().offsets, self,
+                                           Access::read_only);
+                             })
+      .def_property_readonly("indices",
+                             [](const py::object& self) {
+                               return view(self.cast<BondTable&>().neighbors, self,
+                                           Access::read_only);
+                             })
+      .def_property_readonly("length",
+                             [](const py::object& self) {
+                               return view(self.cast<BondTable&>().length, self, Access::read_only);
+                             })
+      .def_property_readonly("weight",
+                             [](const py::object& self) {
+                               return view(self.cast<BondTable&>().weight, self, Access::read_only);
+                             })
+      .def_property_readonly("intact", [](const py::object& self) {
+        return view(self.cast<BondTable&>().intact, self, Access::writable);
+      });
+}
+
+py::dict timings(const DEMModel& model) {
+  const Timings& t = model.timings();
+  py::dict result;
+  result["setup"] = t.setup;
+  result["peridynamic"] = t.peridynamic;
+  result["contact_search"] = t.contact_search;
+  result["contact"] = t.contact;
+  result["external"] = t.external;
+  result["integration"] = t.integration;
+  return result;
+}
+
+py::dict contactLaw(const DEMModel& model, Index body_i, Index body_j) {
+  const auto& bodies = model.particles();
+  const ContactLaw& law = model.contact().law(bodies.at(static_cast<std::size_t>(body_i)),
+                                              bodies.at(static_cast<std::size_t>(body_j)));
+  py::dict result;
+  result["radius"] = law.radius;
+  result["kn"] = law.kn;
+  result["friction"] = law.friction;
+  result["damping_factor"] = law.damping_factor;
+  result["kappa"] = law.kappa;
+  return result;
+}
+
+}  // namespace
+
+void bindModel(py::module_& m) {
+  bindState(m);
+  bindParticle(m);
+  using Release = py::call_guard<py::gil_scoped_release>;
+  py::class_<DEMModel>(m, "DEMModel")
+      .def(py::init<ModelDeck, int>(), py::arg("deck"), py::arg("threads"), Release())
+      .def("add_displacement_set", &DEMModel::addDisplacementSet)
+      .def("add_force_set", &DEMModel::addForceSet)
+      .def("add_initial_velocity", &DEMModel::addInitialVelocity)
+      .def("init", &DEMModel::init, Release())
+      .def("start", &DEMModel::start, Release())
+      .def("advance", &advance, py::arg("n"), py::arg("seconds"), Release())
+      .def("compute_forces", &DEMModel::computeForces, Release())
+      .def("compute_peridynamic_forces", &DEMModel::computePeridynamicForces, Release())
+      .def("compute_contact_forces", &DEMModel::computeContactForces, Release())
+      .def("compute_external_forces", &DEMModel::computeExternalForces, Release())
+      .def("compute_external_displacement_bc", &DEMModel::computeExternalDisplacementBC, Release())
+      .def("stable_time_step", &DEMModel::stableTimeStep, Release())
+      .def("timings", &timings)
+      .def("contact_law", &contactLaw, py::arg("body_i"), py::arg("body_j"))
+      .def("contact_candidates",
+           [](const DEMModel& model) {
+             return model.contact().search().candidates().indices.size();
+           })
+      .def("contact_rebuilds",
+           [](const DEMModel& model) { return model.contact().search().rebuilds(); })
+      .def_property_readonly("memory_bytes", &DEMModel::memoryBytes)
+      .def_property_readonly("state", py::overload_cast<>(&DEMModel::state),
+                             py::return_value_policy::reference_internal)
+      .def_property_readonly("bonds", py::overload_cast<>(&DEMModel::bonds),
+                             py::return_value_policy::reference_internal)
+      .def_property_readonly("particles", &DEMModel::particles,
+                             py::return_value_policy::reference_internal)
+      .def_property_readonly("time", &DEMModel::time)
+      .def_property_readonly("dt", &DEMModel::timeStep)
+      .def_property_readonly("n", &DEMModel::n)
+      .def_property_readonly("threads", &DEMModel::threads)
+      .def_property_readonly("started", &DEMModel::started);
+}
+
+}  // namespace peridem::bindings

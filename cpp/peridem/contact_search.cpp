@@ -1,0 +1,168 @@
+#include "contact_search.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace peridem {
+
+namespace {
+constexpr std::size_t nodes_worth_threads = 20000;
+}
+
+ContactSearch::ContactSearch(const std::vector<Particle>& bodies, Real reach, Real skin)
+    : reach_(reach), skin_(skin), needed_(bodies.size() > 1 && reach > 0), boxes_(bodies.size()) {}
+
+bool ContactSearch::update(const State& state, const std::vector<Particle>& bodies, int threads) {
+  if (!needed_) return false;
+  if (x_built_.size() == state.size() && !movedTooFar(state, threads)) return false;
+  rebuild(state, bodies, threads);
+  ++rebuilds_;
+  return true;
+}
+
+bool ContactSearch::movedTooFar(const State& state, int threads) const {
+  Real farthest = 0;
+  const std::size_t n = state.size();
+#pragma omp parallel for num_threads(threads) reduction(max : farthest) \
+    schedule(static) if (n > nodes_worth_threads)
+  for (std::size_t i = 0; i < n; ++i) {
+    // NaN counts as far: the rebuild is harmless and the step reports it.
+    const Real squared = (state.x[i] - x_built_[i]).squaredNorm();
+    farthest = squared <= farthest ? farthest : squared;
+  }
+  return !(farthest < skin_ * skin_ / 4);
+}
+
+// Bodies whose boxes, grown by half the margin each, overlap: sweep along x.
+ContactSearch::BodyPairs ContactSearch::bodyPairs(const State& state,
+                                                  const std::vector<Particle>& bodies, Real margin,
+                                                  int threads) {
+  const std::size_t n = bodies.size();
+#pragma omp parallel for num_threads(threads) \
+    schedule(dynamic, 8) if (state.size() > nodes_worth_threads)
+  for (std::size_t p = 0; p < n; ++p) {
+    Box box{state.x[static_cast<std::size_t>(bodies[p].start)],
+            state.x[static_cast<std::size_t>(bodies[p].start)]};
+    for (auto i = static_cast<std::size_t>(bodies[p].start);
+         i < static_cast<std::size_t>(bodies[p].stop); ++i) {
+      box.lower = box.lower.cwiseMin(state.x[i]);
+      box.upper = box.upper.cwiseMax(state.x[i]);
+    }
+    boxes_[p] = box;
+  }
+  std::vector<std::size_t> order(n);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t p, std::size_t q) {
+    return boxes_[p].lower[0] != boxes_[q].lower[0] ? boxes_[p].lower[0] < boxes_[q].lower[0]
+                                                    : p < q;
+  });
+  BodyPairs pairs;
+  for (std::size_t a = 0; a < n; ++a) {
+    const std::size_t p = order[a];
+    for (std::size_t b = a + 1; b < n; ++b) {
+      const std::size_t q = order[b];
+      if (boxes_[q].lower[0] > boxes_[p].upper[0] + margin) break;
+      if (!mayTouch(bodies[p], bodies[q])) continue;
+      const bool apart = (boxes_[q].lower.array() > boxes_[p].upper.array() + margin).any() ||
+                         (boxes_[p].lower.array() > boxes_[q].upper.array() + margin).any();
+      if (!apart) pairs.emplace_back(std::min(p, q), std::max(p, q));
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+std::vector<Index> ContactSearch::nodesNearOthers(const State& state,
+                                                  const std::vector<Particle>& bodies,
+                                                  const BodyPairs& pairs, Real margin,
+                                                  int threads) const {
+  std::vector<std::vector<Index>> partners(bodies.size());
+  for (const auto& [p, q] : pairs) {
+    partners[static_cast<std::size_t>(p)].push_back(q);
+    partners[static_cast<std::size_t>(q)].push_back(p);
+  }
+  std::vector<std::vector<Index>> near(bodies.size());
+#pragma omp parallel for num_threads(threads) \
+    schedule(dynamic, 8) if (state.size() > nodes_worth_threads)
+  for (std::size_t p = 0; p < bodies.size(); ++p) {
+    if (partners[p].empty()) continue;
+    for (Index i = bodies[p].start; i < bodies[p].stop; ++i) {
+      const auto x = state.x[static_cast<std::size_t>(i)].array();
+      const bool is_near = std::any_of(partners[p].begin(), partners[p].end(), [&](Index q) {
+        const Box& box = boxes_[static_cast<std::size_t>(q)];
+        return (x >= box.lower.array() - margin).all() && (x <= box.upper.array() + margin).all();
+      });
+      if (is_near) near[p].push_back(i);
+    }
+  }
+  std::vector<Index> nodes;
+  for (const auto& of_body : near) nodes.insert(nodes.end(), of_body.begin(), of_body.end());
+  return nodes;
+}
+
+void ContactSearch::rebuild(const State& state, const std::vector<Particle>& bodies, int threads) {
+  const Real radius = reach_ + skin_;
+  const BodyPairs pairs = bodyPairs(state, bodies, radius, threads);
+  const std::vector<Index> near = nodesNearOthers(state, bodies, pairs, radius, threads);
+
+  std::vector<Vec3> points(near.size());
+  for (std::size_t k = 0; k < near.size(); ++k)
+    points[k] = state.x[static_cast<std::size_t>(near[k])];
+  AdjacencyList all = neighborsWithin(points, radius, threads);
+
+  nodes_.clear();
+  candidates_.offsets.assign(1, 0);
+  candidates_.indices.clear();
+  const auto body_of = [&](Index node) -> const Particle& {
+    return bodies[static_cast<std::size_t>(state.particle_id[static_cast<std::size_t>(node)])];
+  };
+  for (std::size_t k = 0; k < near.size(); ++k) {
+    const Particle& p = body_of(near[k]);
+    const std::size_t before = candidates_.indices.size();
+    for (const Index other : all.links(static_cast<Index>(k))) {
+      const Index j = near[static_cast<std::size_t>(other)];
+      if (mayTouch(p, body_of(j))) candidates_.indices.push_back(j);
+    }
+    if (candidates_.indices.size() == before) continue;
+    nodes_.push_back(near[k]);
+    candidates_.offsets.push_back(static_cast<Offset>(candidates_.indices.size()));
+  }
+
+  // Bounding spheres around the centre nodes. They may be wider than the boxes, hence a search of
+  // their own among all particles, cheap because bodies are few.
+  center_pairs_.clear();
+  std::vector<Index> order;
+  for (const Particle& body : bodies)
+    if (!body.is_wall) order.push_back(body.id);
+  const auto center = [&](Index p) -> const Vec3& {
+    return state.x[static_cast<std::size_t>(bodies[static_cast<std::size_t>(p)].center_node)];
+  };
+  Real largest = 0;
+  for (const Index p : order)
+    largest = std::max(largest, bodies[static_cast<std::size_t>(p)].bounding_radius);
+  std::sort(order.begin(), order.end(), [&](Index p, Index q) {
+    return center(p)[0] != center(q)[0] ? center(p)[0] < center(q)[0] : p < q;
+  });
+  for (std::size_t a = 0; a < order.size(); ++a) {
+    const Index p = order[a];
+    const Real margin = bodies[static_cast<std::size_t>(p)].bounding_radius + 1.01 * reach_ + skin_;
+    for (std::size_t b = a + 1; b < order.size(); ++b) {
+      const Index q = order[b];
+      if (center(q)[0] - center(p)[0] > margin + largest) break;
+      const Real limit = margin + bodies[static_cast<std::size_t>(q)].bounding_radius;
+      if ((center(q) - center(p)).squaredNorm() < limit * limit)
+        center_pairs_.emplace_back(std::min(p, q), std::max(p, q));
+    }
+  }
+  std::sort(center_pairs_.begin(), center_pairs_.end());
+  x_built_ = state.x;
+}
+
+std::pair<std::size_t, std::size_t> ContactSearch::bodyRows(const Particle& body) const {
+  const auto begin = std::lower_bound(nodes_.begin(), nodes_.end(), body.start);
+  const auto end = std::lower_bound(begin, nodes_.end(), body.stop);
+  return {static_cast<std::size_t>(begin - nodes_.begin()),
+          static_cast<std::size_t>(end - nodes_.begin())};
+}
+
+}  // namespace peridem

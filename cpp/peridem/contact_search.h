@@ -1,0 +1,66 @@
+// Which nodes of different bodies may touch: candidate lists with a skin, kept over many steps.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "neighbors.h"
+#include "particle.h"
+#include "state.h"
+
+namespace peridem {
+
+// Candidates stay complete while no node has moved by more than half the skin since they were
+// built, so that no contact is ever missed.
+class ContactSearch {
+ public:
+  ContactSearch() = default;
+  // `reach`: largest distance at which two nodes interact. `bodies` share a list of pairs to
+  // leave out: two walls, or two bodies that never move.
+  ContactSearch(const std::vector<Particle>& bodies, Real reach, Real skin);
+
+  // Rebuilds the lists if some node has moved too far. Returns true when it did.
+  bool update(const State& state, const std::vector<Particle>& bodies, int threads);
+
+  // Nodes with candidates, ascending, and the candidates of each: nodes of other bodies.
+  const std::vector<Index>& nodes() const { return nodes_; }
+  const AdjacencyList& candidates() const { return candidates_; }
+
+  // Bodies p < q, neither a wall, whose centres may be closer than R_p + R_q + 1.01 reach.
+  const std::vector<std::pair<Index, Index>>& centerPairs() const { return center_pairs_; }
+
+  // Rows of nodes() that belong to body p: [bodyRows(p).first, bodyRows(p).second).
+  std::pair<std::size_t, std::size_t> bodyRows(const Particle& body) const;
+
+  Offset rebuilds() const { return rebuilds_; }
+
+ private:
+  using BodyPairs = std::vector<std::pair<Index, Index>>;
+  bool movedTooFar(const State& state, int threads) const;
+  void rebuild(const State& state, const std::vector<Particle>& bodies, int threads);
+  BodyPairs bodyPairs(const State& state, const std::vector<Particle>& bodies, Real margin,
+                      int threads);
+  std::vector<Index> nodesNearOthers(const State& state, const std::vector<Particle>& bodies,
+                                     const BodyPairs& pairs, Real margin, int threads) const;
+
+  struct Box {
+    Vec3 lower, upper;
+  };
+
+  Real reach_ = 0;
+  Real skin_ = 0;
+  bool needed_ = false;
+  std::vector<Vec3> x_built_;  // positions at the last build
+  std::vector<Box> boxes_;
+  std::vector<Index> nodes_;
+  AdjacencyList candidates_;
+  BodyPairs center_pairs_;
+  Offset rebuilds_ = 0;
+};
+
+// Two bodies between which contact forces act.
+inline bool mayTouch(const Particle& p, const Particle& q) {
+  return p.id != q.id && !(p.is_wall && q.is_wall) && !(p.constrained && q.constrained);
+}
+
+}  // namespace peridem

@@ -1,0 +1,55 @@
+#include "integrator.h"
+
+#include <cmath>
+
+namespace peridem {
+
+namespace {
+
+constexpr std::size_t nodes_worth_threads = 20000;
+constexpr Real largest_speed = 1e100;  // beyond it, or NaN: not finite for our purposes
+
+bool isFree(std::uint8_t locked, int d) {
+  return !((locked >> d) & 1);
+}
+
+}  // namespace
+
+bool kickAndDrift(State& state, const std::vector<std::uint8_t>& locked, Real k, Real dt,
+                  int dimension, int threads) {
+  const std::size_t n = state.size();
+  int bad = 0;
+#pragma omp parallel for num_threads(threads) schedule(static) \
+    reduction(| : bad) if (n > nodes_worth_threads)
+  for (std::size_t i = 0; i < n; ++i) {
+    const Real k_by_rho = k / state.density[i];
+    for (int d = 0; d < dimension; ++d) {
+      if (!isFree(locked[i], d)) continue;
+      const Real v = state.v[i][d] + k_by_rho * state.f[i][d];
+      bad |= !(std::abs(v) < largest_speed);
+      state.v[i][d] = v;
+      state.u[i][d] += dt * v;
+      state.x[i][d] += dt * v;
+    }
+  }
+  return bad == 0;
+}
+
+bool kick(State& state, const std::vector<std::uint8_t>& locked, Real k, int dimension,
+          int threads) {
+  const std::size_t n = state.size();
+  int bad = 0;
+#pragma omp parallel for num_threads(threads) schedule(static) \
+    reduction(| : bad) if (n > nodes_worth_threads)
+  for (std::size_t i = 0; i < n; ++i) {
+    const Real k_by_rho = k / state.density[i];
+    for (int d = 0; d < dimension; ++d) {
+      if (!isFree(locked[i], d)) continue;
+      state.v[i][d] += k_by_rho * state.f[i][d];
+      bad |= !(std::abs(state.v[i][d]) < largest_speed);
+    }
+  }
+  return bad == 0;
+}
+
+}  // namespace peridem

@@ -1,0 +1,355 @@
+#include "model.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "errors.h"
+#include "integrator.h"
+#include "mesh.h"
+
+namespace peridem {
+
+namespace {
+
+// Adds the seconds of its own life to a counter.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds), start_(Clock::now()) {}
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double& seconds_;
+  Clock::time_point start_;
+};
+
+void validate(const ModelDeck& deck) {
+  if (deck.dimension < 1 || deck.dimension > 3) throw InputError("Model.Dimension: 1, 2 or 3");
+  if (!(deck.final_time > 0) || deck.time_steps < 1)
+    throw InputError("Model: Final_Time and Time_Steps must be positive");
+  for (const BodyDeck& body : deck.bodies) {
+    if (body.zone < 0 || static_cast<std::size_t>(body.zone) >= deck.zones.size())
+      throw InputError("body of zone " + std::to_string(body.zone) + ": no such zone");
+    if (!(body.scale > 0)) throw InputError("body: the scale must be positive");
+  }
+  for (const ZoneDeck& zone : deck.zones) {
+    if (zone.mesh < 0 || static_cast<std::size_t>(zone.mesh) >= deck.meshes.size())
+      throw InputError(zone.name + ": no such mesh");
+    if (!(zone.material.density > 0)) throw InputError(zone.name + ": density must be positive");
+  }
+  if (deck.bodies.empty()) throw InputError("the model has no bodies");
+}
+
+std::size_t countNodes(const ModelDeck& deck) {
+  std::size_t n = 0;
+  for (const BodyDeck& body : deck.bodies)
+    n += deck.meshes[static_cast<std::size_t>(deck.zones[static_cast<std::size_t>(body.zone)].mesh)]
+             .points.size();
+  return n;
+}
+
+}  // namespace
+
+DEMModel::DEMModel(ModelDeck deck, int threads) : deck_(std::move(deck)), threads_(threads) {
+  const Stopwatch watch(timings_.setup);
+  if (threads < 1) throw InputError("threads must be at least 1");
+  validate(deck_);
+  std::vector<std::vector<Real>> volumes;
+  for (const Mesh& mesh : deck_.meshes)
+    volumes.push_back(mesh.volumes.empty() ? nodalVolumes(mesh) : mesh.volumes);
+  const std::size_t n = countNodes(deck_);
+  if (n > static_cast<std::size_t>(std::numeric_limits<Index>::max()))
+    throw InputError("more nodes than a 32-bit index can count");
+  state_ = State(n);
+  particles_.reserve(deck_.bodies.size());
+  for (const BodyDeck& body : deck_.bodies) {
+    const ZoneDeck& zone = deck_.zones[static_cast<std::size_t>(body.zone)];
+    placeBody(body, static_cast<Index>(particles_.size()),
+              volumes[static_cast<std::size_t>(zone.mesh)]);
+  }
+}
+
+// X = site + scale R(angle) X_mesh, V = V_mesh scale^d
+void DEMModel::placeBody(const BodyDeck& body, Index id, const std::vector<Real>& mesh_volumes) {
+  const ZoneDeck& zone = deck_.zones[static_cast<std::size_t>(body.zone)];
+  const Mesh& mesh = deck_.meshes[static_cast<std::size_t>(zone.mesh)];
+  const bool fuzzy = deck_.compatibility == Compatibility::original;
+  Particle p;
+  p.id = id;
+  p.zone = body.zone;
+  p.is_wall = zone.is_wall;
+  p.constrained = zone.all_dofs_constrained || body.constrained;
+  p.start = particles_.empty() ? 0 : particles_.back().stop;
+  p.stop = p.start + static_cast<Index>(mesh.points.size());
+  p.bounding_radius = body.scale * zone.bounding_radius;
+  p.density = zone.material.density;
+  p.center_node = p.start + centerNode(mesh.points, zone.center, zone.bounding_radius, fuzzy);
+
+  const Eigen::Matrix3d rotation =
+      Eigen::AngleAxisd(body.angle, body.axis.normalized()).toRotationMatrix();
+  const Real volume_scale = std::pow(body.scale, deck_.dimension);
+  for (std::size_t k = 0; k < mesh.points.size(); ++k) {
+    const std::size_t i = static_cast<std::size_t>(p.start) + k;
+    state_.x_ref[i] = body.site + body.scale * (rotation * mesh.points[k]);
+    state_.x[i] = state_.x_ref[i];
+    state_.volume[i] = mesh_volumes[k] * volume_scale;
+    state_.density[i] = p.density;
+    state_.particle_id[i] = id;
+    state_.zone_id[i] = body.zone;
+    p.volume += state_.volume[i];
+  }
+  const std::span<const Vec3> points(state_.x_ref.data() + p.start, mesh.points.size());
+  p.mesh_size = meshSize(points, fuzzy);
+  p.horizon = isGiven(zone.material.horizon_mesh_ratio)
+                  ? zone.material.horizon_mesh_ratio * p.mesh_size
+                  : zone.material.horizon;
+  if (!(p.horizon > 0)) throw InputError(zone.name + ": the horizon must be positive");
+  particles_.push_back(std::move(p));
+}
+
+void DEMModel::addDisplacementSet(DisplacementSet set) {
+  if (started_) throw InputError("displacement sets must be added before the first step");
+  peridem::validate(set, state_.size());
+  for (const Index node : set.nodes)
+    state_.fixity[static_cast<std::size_t>(node)] |= set.directions;
+  displacement_sets_.push_back(std::move(set));
+}
+
+void DEMModel::addForceSet(ForceSet set) {
+  if (started_) throw InputError("force sets must be added before the first step");
+  peridem::validate(set, state_.size());
+  for (const Index node : set.nodes)
+    state_.force_fixity[static_cast<std::size_t>(node)] |= set.directions;
+  force_sets_.push_back(std::move(set));
+}
+
+void DEMModel::addInitialVelocity(InitialVelocity velocity) {
+  for (const Index id : velocity.bodies)
+    if (id < 0 || static_cast<std::size_t>(id) >= particles_.size())
+      throw InputError("IC.Constant_Velocity: body " + std::to_string(id) + " does not exist");
+  initial_velocities_.push_back(std::move(velocity));
+}
+
+void DEMModel::init() {
+  if (initialized_) return;
+  const Stopwatch watch(timings_.setup);
+  const bool original = deck_.compatibility == Compatibility::original;
+  for (Particle& body : particles_) {
+    const ZoneDeck& zone = deck_.zones[static_cast<std::size_t>(body.zone)];
+    // The original keeps one influence function for the whole run, that of the first zone.
+    const ZoneDeck& influence_zone = original ? deck_.zones.front() : zone;
+    const Influence influence(influence_zone.material.influence, deck_.dimension);
+    body.law = makeLaw(zone.material, influence, body.horizon, deck_.dimension);
+    const Real law_modulus = bulkModulusOfLaw(body.law, influence, body.horizon, deck_.dimension);
+    body.bulk_modulus = zone.material.law_parameters.empty()
+                            ? resolveElastic(zone.material).bulk_modulus
+                            : law_modulus;
+    body.self_contact_radius = 0.95 * body.mesh_size;
+    body.self_contact_kn = 18 * law_modulus / (pi * std::pow(body.horizon, 5));
+    appendBonds(bonds_, state_, body, influence, threads_);
+  }
+  peridynamic_ = PeridynamicForce(state_, bonds_, particles_, deck_.dimension);
+  contact_ = ContactForce(deck_, particles_);
+  initialized_ = true;
+}
+
+void DEMModel::lockDirections() {
+  locked_ = state_.fixity;
+  for (const Particle& body : particles_)
+    if (body.constrained)
+      std::fill(locked_.begin() + body.start, locked_.begin() + body.stop, std::uint8_t{7});
+}
+
+void DEMModel::start() {
+  if (started_) return;
+  init();
+  lockDirections();
+  applyInitialVelocity(state_, particles_, initial_velocities_);
+  computeExternalDisplacementBC();
+  computeForces();
+  started_ = true;
+}
+
+void DEMModel::run(const StepObserver& observer) {
+  init();
+  integrate(deck_.time_steps - n_, observer);
+}
+
+Offset DEMModel::integrate(Offset n, const StepObserver& observer) {
+  start();
+  for (Offset k = 0; k < n; ++k) {
+    step();
+    if (observer && observer()) return k + 1;
+  }
+  return n;
+}
+
+void DEMModel::step() {
+  if (deck_.time_scheme == TimeScheme::velocity_verlet)
+    integrateVerlet();
+  else
+    integrateCD();
+}
+
+void DEMModel::integrateCD() {
+  const Real dt = timeStep();
+  bool finite = true;
+  {
+    const Stopwatch watch(timings_.integration);
+    finite = kickAndDrift(state_, locked_, dt, dt, deck_.dimension, threads_);
+  }
+  if (!finite) reportNotFinite();
+  ++n_;
+  time_ += dt;
+  computeExternalDisplacementBC();
+  computeForces();
+}
+
+void DEMModel::integrateVerlet() {
+  const Real dt = timeStep();
+  bool finite = true;
+  {
+    const Stopwatch watch(timings_.integration);
+    finite = kickAndDrift(state_, locked_, dt / 2, dt, deck_.dimension, threads_);
+  }
+  if (!finite) reportNotFinite();
+  ++n_;
+  time_ += dt;
+  computeExternalDisplacementBC();
+  computeForces();
+  {
+    const Stopwatch watch(timings_.integration);
+    finite = kick(state_, locked_, dt / 2, deck_.dimension, threads_);
+  }
+  if (!finite) reportNotFinite();
+}
+
+void DEMModel::computeForces() {
+  init();
+  computePeridynamicForces();
+  computeContactForces();
+  computeExternalForces();
+}
+
+// Sets f of moving bodies; bodies that never move have no internal forces.
+void DEMModel::computePeridynamicForces() {
+  const Stopwatch watch(timings_.peridynamic);
+  for (const Particle& body : particles_)
+    if (body.constrained)
+      std::fill(state_.f.begin() + body.start, state_.f.begin() + body.stop, Vec3::Zero());
+  peridynamic_.compute(state_, bonds_, particles_, threads_);
+}
+
+void DEMModel::computeContactForces() {
+  if (particles_.size() < 2) return;
+  {
+    const Stopwatch watch(timings_.contact_search);
+    contact_.updateSearch(state_, particles_, threads_);
+  }
+  const Stopwatch watch(timings_.contact);
+  contact_.compute(state_, particles_, threads_);
+}
+
+void DEMModel::computeExternalForces() {
+  const Stopwatch watch(timings_.external);
+  addExternalForces(state_, deck_.gravity, force_sets_, time_, threads_);
+}
+
+void DEMModel::computeExternalDisplacementBC() {
+  const Stopwatch watch(timings_.external);
+  prescribeDisplacements(state_, displacement_sets_, time_, deck_.compatibility);
+}
+
+void DEMModel::reportNotFinite() const {
+  const auto& v = state_.v;
+  const auto bad = std::find_if(v.begin(), v.end(), [](const Vec3& velocity) {
+    return !(velocity.cwiseAbs().maxCoeff() < 1e100);
+  });
+  const auto i = static_cast<std::size_t>(bad - v.begin());
+  const Index id = i < v.size() ? state_.particle_id[i] : -1;
+  const Index local =
+      id < 0 ? -1 : static_cast<Index>(i) - particles_[static_cast<std::size_t>(id)].start;
+  throw NumericalError("step " + std::to_string(n_) + " (t = " + std::to_string(time_) +
+                       " s): the velocity of body " + std::to_string(id) + ", node " +
+                       std::to_string(local) +
+                       " is not finite; use a smaller time step, or check the loads and for "
+                       "overlapping bodies");
+}
+
+namespace {
+
+// Row sum of |df/du| at node i for unit displacements: every bond stretches by at most 2.
+Real stiffnessBound(const BondTable& bonds, const State& state, std::size_t i, const Lps& law,
+                    const std::vector<Real>& sum_r_w) {
+  const auto dilatation = [&](std::size_t k) {
+    const Real m = state.weighted_volume[k];
+    return std::abs(law.a(m)) * 3 / m * sum_r_w[k];
+  };
+  Real sum = 0;
+  for (auto k = static_cast<std::size_t>(bonds.offsets[i]);
+       k < static_cast<std::size_t>(bonds.offsets[i + 1]); ++k) {
+    const auto j = static_cast<std::size_t>(bonds.neighbors[k]);
+    const Real b_sum = law.b(state.weighted_volume[i]) + law.b(state.weighted_volume[j]);
+    sum += 2 * bonds.weight[k] * (b_sum + bonds.length[k] * (dilatation(i) + dilatation(j)));
+  }
+  return sum;
+}
+
+template <class BondLaw>
+Real stiffnessBound(const BondTable& bonds, const State&, std::size_t i, const BondLaw& law,
+                    const std::vector<Real>&) {
+  constexpr Real small = 1e-8;  // slope of force(s) at s = 0
+  Real sum = 0;
+  for (auto k = static_cast<std::size_t>(bonds.offsets[i]);
+       k < static_cast<std::size_t>(bonds.offsets[i + 1]); ++k) {
+    const Real r = bonds.length[k];
+    sum += 2 * bonds.weight[k] * law.force(r, small) / small / r;
+  }
+  return sum;
+}
+
+std::vector<Real> sumOfLengthTimesWeight(const BondTable& bonds, std::size_t n) {
+  std::vector<Real> sum(n, 0);
+  for (std::size_t i = 0; i < n; ++i)
+    for (auto k = static_cast<std::size_t>(bonds.offsets[i]);
+         k < static_cast<std::size_t>(bonds.offsets[i + 1]); ++k)
+      sum[i] += bonds.length[k] * bonds.weight[k];
+  return sum;
+}
+
+}  // namespace
+
+Real DEMModel::stableTimeStep() const {
+  if (!initialized_) throw InputError("stable time step: call init() first");
+  Real largest = 0;  // omega^2
+  const auto sum_r_w = sumOfLengthTimesWeight(bonds_, state_.size());
+  for (const Particle& body : particles_) {
+    if (body.constrained) continue;
+    Real contact = 0;  // three neighbours in full contact, each displacement counted on both sides
+    for (const Particle& other : particles_)
+      if (mayTouch(body, other))
+        contact = std::max(contact, contact_.law(body, other).kn * other.volume /
+                                        static_cast<Real>(other.nodes()));
+    for (auto i = static_cast<std::size_t>(body.start); i < static_cast<std::size_t>(body.stop);
+         ++i) {
+      const Real bond = std::visit(
+          [&](const auto& law) { return stiffnessBound(bonds_, state_, i, law, sum_r_w); },
+          body.law);
+      largest = std::max(largest, (bond + 6 * contact) / body.density);
+    }
+  }
+  return largest > 0 ? 2 / std::sqrt(largest) : std::numeric_limits<Real>::infinity();
+}
+
+std::size_t DEMModel::memoryBytes() const {
+  const std::size_t per_node = 5 * sizeof(Vec3) + 5 * sizeof(Real) + 2 * sizeof(Index) + 3 +
+                               sizeof(Offset) + 3 * sizeof(Real) + sizeof(Vec3) + sizeof(Index);
+  const std::size_t per_bond = sizeof(Index) + 2 * sizeof(Real) + 1;
+  return state_.size() * per_node + bonds_.size() * per_bond;
+}
+
+}  // namespace peridem

@@ -1,0 +1,108 @@
+// The model: bodies, their state, and the order in which a time step goes.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <vector>
+
+#include "bonds.h"
+#include "contact.h"
+#include "deck.h"
+#include "external.h"
+#include "particle.h"
+#include "peridynamic.h"
+#include "state.h"
+
+namespace peridem {
+
+// Wall-clock seconds spent in each stage since the model was built.
+struct Timings {
+  double setup = 0;
+  double peridynamic = 0;
+  double contact_search = 0;
+  double contact = 0;
+  double external = 0;
+  double integration = 0;
+};
+
+// Called after a step; returns true to stop.
+using StepObserver = std::function<bool()>;
+
+class DEMModel {
+ public:
+  // Places the bodies: reference positions, volumes, mesh sizes. Throws InputError.
+  DEMModel(ModelDeck deck, int threads);
+
+  // Loads, to be added before init(). Nodes are global.
+  void addDisplacementSet(DisplacementSet set);
+  void addForceSet(ForceSet set);
+  void addInitialVelocity(InitialVelocity velocity);
+
+  // Bonds, laws, contact.
+  void init();
+
+  // init() and integrate() to the last step of the deck.
+  void run(const StepObserver& observer = {});
+
+  // Takes n steps, or fewer when the observer says stop. The first call applies the initial
+  // condition and computes the forces at t = 0. Returns the number of steps taken.
+  Offset integrate(Offset n, const StepObserver& observer = {});
+
+  // Initial velocity, prescribed motion and forces at t = 0; done once.
+  void start();
+  void step();
+
+  void computeForces();
+  void computePeridynamicForces();
+  void computeContactForces();
+  void computeExternalForces();
+  void computeExternalDisplacementBC();
+
+  const ModelDeck& deck() const { return deck_; }
+  State& state() { return state_; }
+  const State& state() const { return state_; }
+  const std::vector<Particle>& particles() const { return particles_; }
+  BondTable& bonds() { return bonds_; }
+  const BondTable& bonds() const { return bonds_; }
+  const ContactForce& contact() const { return contact_; }
+  const Timings& timings() const { return timings_; }
+  Real time() const { return time_; }
+  Real timeStep() const { return deck_.timeStep(); }
+  Offset n() const { return n_; }
+  bool initialized() const { return initialized_; }
+  bool started() const { return started_; }
+  int threads() const { return threads_; }
+
+  // Estimate of the largest stable time step [s]: 2 / omega with omega^2 bounded, node by node,
+  // by the row sums of the linearised bond forces and of a full contact (Gershgorin).
+  Real stableTimeStep() const;
+
+  // Bytes held by the arrays of nodes and bonds.
+  std::size_t memoryBytes() const;
+
+ private:
+  void integrateCD();
+  void integrateVerlet();
+  void placeBody(const BodyDeck& body, Index id, const std::vector<Real>& mesh_volumes);
+  void lockDirections();
+  [[noreturn]] void reportNotFinite() const;
+
+  ModelDeck deck_;
+  int threads_ = 1;
+  State state_;
+  std::vector<Particle> particles_;
+  BondTable bonds_;
+  PeridynamicForce peridynamic_;
+  ContactForce contact_;
+  std::vector<DisplacementSet> displacement_sets_;
+  std::vector<ForceSet> force_sets_;
+  std::vector<InitialVelocity> initial_velocities_;
+  std::vector<std::uint8_t> locked_;  // bit d set: direction d of the node is not integrated
+  Timings timings_;
+  Real time_ = 0;
+  Offset n_ = 0;
+  bool initialized_ = false;
+  bool started_ = false;
+};
+
+}  // namespace peridem
