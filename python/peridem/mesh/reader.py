@@ -1,0 +1,189 @@
+"""Reading a mesh: .msh (2.2 and 4.1), .vtu, or nodes with volumes in a .csv."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import os
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from .checks import checked_mesh
+from .data import Mesh, RawMesh
+from .msh2 import read_msh2
+
+VOLUME_NAME = "Nodal_Volume"
+"""Point array of a .vtu that holds nodal volumes, as in the program's own output."""
+
+
+def read_mesh(path: str | os.PathLike[str], dimension: int) -> Mesh:
+    """Read the mesh of a body.
+
+    Parameters
+    ----------
+    path : path-like
+        A ``.msh`` (Gmsh, 2.x or 4.x, text or binary), ``.vtu`` or ``.csv`` file (header
+        ``id,x,y,volume`` or ``id,x,y,z,volume``).
+    dimension : int
+        Dimension of the model: 1 keeps lines, 2 triangles or quads, 3 tetrahedra;
+        other elements are skipped.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged or not a mesh; if it has no element of the
+        dimension, or both triangles and quads; if positions are not finite or coincide,
+        nodes belong to no element, or elements have no volume.
+    """
+    file = Path(path)
+    readers = {".msh": _read_msh, ".vtu": _read_vtu, ".csv": _read_csv}
+    reader = readers.get(file.suffix.lower())
+    if reader is None:
+        raise InputError(
+            f"{file}: mesh file ends in {file.suffix!r}: only .msh, .vtu and .csv can be read; "
+            "convert it"
+        )
+    content = _content(file)
+    return checked_mesh(reader(file, content), dimension, str(file))
+
+
+def _content(file: Path) -> bytes:
+    try:
+        content = file.read_bytes()
+    except FileNotFoundError:
+        raise InputError(
+            f"{file}: mesh file does not exist; correct the path (relative paths start at the "
+            "deck's folder)"
+        ) from None
+    except OSError as error:
+        raise InputError(
+            f"{file}: mesh file cannot be read ({error.strerror}); give a readable file"
+        ) from None
+    if not content.strip():
+        raise InputError(f"{file}: mesh file is empty; write the mesh again")
+    return content
+
+
+def _read_msh(file: Path, content: bytes) -> RawMesh:
+    head = content[:4096].split(b"\n")
+    header = next(
+        (head[i + 1].split() for i, s in enumerate(head[:-1]) if s.strip() == b"$MeshFormat"), []
+    )
+    if len(header) < 2:
+        raise InputError(
+            f"{file}: the file has no $MeshFormat header: it is not a Gmsh mesh; write it as "
+            "MSH 2.2 or 4.1"
+        )
+    if header[0].startswith(b"2") and header[1] == b"0":
+        return read_msh2(content.decode("utf-8", errors="replace"), str(file))
+    for section in (b"$EndNodes", b"$EndElements"):
+        if section not in content:
+            raise InputError(
+                f"{file}: {section.decode()} is missing: the file is cut off; write the mesh again"
+            )
+    return _read_with_meshio(file, "gmsh")
+
+
+def _read_vtu(file: Path, content: bytes) -> RawMesh:
+    if b"UnstructuredGrid" not in content:
+        raise InputError(
+            f"{file}: the file holds no UnstructuredGrid: it is not a VTU mesh; write it again"
+        )
+    return _read_with_meshio(file, "vtu")
+
+
+def _read_with_meshio(file: Path, file_format: str) -> RawMesh:
+    """Read through meshio, which may print, raise anything or leave through sys.exit."""
+    # loaded late, as most meshes do not need it; by name, as it has no type information
+    meshio = importlib.import_module("meshio")
+    said = io.StringIO()
+    try:
+        with (
+            contextlib.redirect_stdout(said),
+            contextlib.redirect_stderr(said),
+            warnings.catch_warnings(),
+        ):
+            warnings.simplefilter("ignore")
+            # numpy only warns when a text file ends before all numbers were read
+            warnings.filterwarnings("error", message=".*could not be read to its end.*")
+            found = meshio.read(file, file_format=file_format)
+    except (Exception, SystemExit) as error:
+        reason = " ".join((str(error) or type(error).__name__).split())
+        raise InputError(
+            f"{file}: the file cannot be read as a {file_format} mesh ({reason}): it is damaged "
+            "or cut off; write the mesh again, as MSH 2.2 if in doubt"
+        ) from None
+    return _collected(file, found.points, found.cells, found.point_data.get(VOLUME_NAME))
+
+
+def _collected(file: Path, points: object, cells: object, volumes: object) -> RawMesh:
+    """Gather meshio's blocks by type, in the order of the file."""
+    try:
+        blocks: dict[str, list[np.ndarray]] = {}
+        for block in cells:  # type: ignore[attr-defined]
+            if len(block.data):
+                blocks.setdefault(str(block.type), []).append(np.asarray(block.data))
+        xyz = np.asarray(points, dtype=float).reshape(len(points), -1)  # type: ignore[arg-type]
+        if xyz.shape[1] < 3:
+            xyz = np.column_stack([xyz, np.zeros((len(xyz), 3 - xyz.shape[1]))])
+        stacked = {
+            kind: np.vstack(parts).astype(np.int64)
+            for kind, parts in blocks.items()
+            if parts[0].ndim == 2
+        }
+        given = None if volumes is None else np.asarray(volumes, dtype=float).reshape(-1)
+    except (TypeError, ValueError, AttributeError):
+        raise InputError(
+            f"{file}: points and elements of the mesh do not fit together; write the mesh again"
+        ) from None
+    return RawMesh(np.ascontiguousarray(xyz[:, :3]), stacked, given)
+
+
+def _read_csv(file: Path, content: bytes) -> RawMesh:
+    lines = content.decode("utf-8-sig", errors="replace").splitlines()
+    names = [name.strip() for name in lines[0].split(",")]
+    if names not in (["id", "x", "y", "volume"], ["id", "x", "y", "z", "volume"]):
+        raise InputError(
+            f"{file}:1: header = {lines[0].strip()!r}: must be id,x,y,volume or "
+            "id,x,y,z,volume; correct the first line"
+        )
+    rows = [_csv_row(file, k, line, names) for k, line in enumerate(lines[1:], 2) if line.strip()]
+    if not rows:
+        raise InputError(f"{file}: only a header: a mesh needs nodes; add a line for each")
+    table = np.array(rows)
+    ids = np.sort(table[:, 0])
+    if np.any(ids[1:] == ids[:-1]):
+        twice = ids[1:][ids[1:] == ids[:-1]][0]
+        raise InputError(f"{file}: id = {twice:g} is given twice: ids must differ; number anew")
+    points = np.zeros((len(table), 3))
+    points[:, : len(names) - 2] = table[:, 1:-1]
+    return RawMesh(points, {}, table[:, -1].copy())
+
+
+def _csv_row(file: Path, number: int, line: str, names: list[str]) -> list[float]:
+    values = line.split(",")
+    if len(values) != len(names):
+        raise InputError(
+            f"{file}:{number}: {len(values)} values where the header names {len(names)}; "
+            f"give {','.join(names)}"
+        )
+    try:
+        row = [float(value) for value in values]
+    except ValueError:
+        raise InputError(
+            f"{file}:{number}: line = {line.strip()!r}: holds something that is not a number; "
+            f"give {','.join(names)}"
+        ) from None
+    if not row[0].is_integer():
+        raise InputError(
+            f"{file}:{number}: id = {values[0].strip()}: must be an integer; number anew"
+        )
+    return row
