@@ -65,6 +65,10 @@ void bindEnums(py::module_& m) {
       .value("centers", DampingCriterion::centers)
       .value("nodes", DampingCriterion::nodes)
       .finalize();
+  py::native_enum<FrictionModel>(m, "FrictionModel", "enum.Enum")
+      .value("slip", FrictionModel::slip)
+      .value("history", FrictionModel::history)
+      .finalize();
   py::native_enum<TimeFunctionType>(m, "TimeFunctionType", "enum.Enum")
       .value("constant", TimeFunctionType::constant)
       .value("linear", TimeFunctionType::linear)
@@ -145,7 +149,10 @@ void bindZone(py::module_& m) {
       .def_readwrite("friction_on", &ContactDeck::friction_on)
       .def_readwrite("friction_coeff", &ContactDeck::friction_coeff)
       .def_readwrite("center_damping_criterion", &ContactDeck::center_damping_criterion)
-      .def_readwrite("node_damping", &ContactDeck::node_damping);
+      .def_readwrite("node_damping", &ContactDeck::node_damping)
+      .def_readwrite("friction_model", &ContactDeck::friction_model)
+      .def_readwrite("tangential_stiffness_ratio", &ContactDeck::tangential_stiffness_ratio)
+      .def_readwrite("self_contact", &ContactDeck::self_contact);
 }
 
 void bindLoads(py::module_& m) {

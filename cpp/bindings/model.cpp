@@ -1,6 +1,7 @@
 #include "peridem/model.h"
 
 #include "bindings.h"
+#include "peridem/errors.h"
 
 namespace peridem::bindings {
 
@@ -109,6 +110,46 @@ py::dict contactLaw(const DEMModel& model, Index body_i, Index body_j) {
   return result;
 }
 
+py::array_t<Real> contactForces(DEMModel& model) {
+  std::vector<Vec3> f;
+  {
+    const py::gil_scoped_release release;
+    f = model.contactForces();
+  }
+  py::array_t<Real> array({f.size(), std::size_t{3}});
+  if (!f.empty()) std::copy_n(f.front().data(), 3 * f.size(), array.mutable_data());
+  return array;
+}
+
+// Stretched springs of the friction with history: node pairs (k, 2) and elongations (k, 3).
+py::tuple slips(const DEMModel& model) {
+  const std::vector<SlipRecord> records = model.contact().slips();
+  py::array_t<Index> nodes({records.size(), std::size_t{2}});
+  py::array_t<Real> elongations({records.size(), std::size_t{3}});
+  auto node = nodes.mutable_unchecked<2>();
+  auto elongation = elongations.mutable_unchecked<2>();
+  for (std::size_t k = 0; k < records.size(); ++k) {
+    const auto row = static_cast<py::ssize_t>(k);
+    node(row, 0) = records[k].i;
+    node(row, 1) = records[k].j;
+    for (int d = 0; d < 3; ++d) elongation(row, d) = records[k].elongation[d];
+  }
+  return py::make_tuple(nodes, elongations);
+}
+
+void restore(DEMModel& model, Offset n, Real time, const py::array_t<Index>& nodes,
+             const PointArray& elongations) {
+  const std::vector<Vec3> values = toPoints(elongations, "elongations");
+  const auto node = nodes.unchecked<2>();
+  if (nodes.shape(0) != elongations.shape(0) || nodes.shape(1) != 2)
+    throw InputError("nodes: expected one pair per elongation");
+  std::vector<SlipRecord> records(values.size());
+  for (std::size_t k = 0; k < values.size(); ++k)
+    records[k] = {node(static_cast<py::ssize_t>(k), 0), node(static_cast<py::ssize_t>(k), 1),
+                  values[k]};
+  model.restore(n, time, records);
+}
+
 }  // namespace
 
 void bindModel(py::module_& m) {
@@ -123,12 +164,23 @@ void bindModel(py::module_& m) {
       .def("init", &DEMModel::init, Release())
       .def("start", &DEMModel::start, Release())
       .def("advance", &advance, py::arg("n"), py::arg("seconds"), Release())
-      .def("compute_forces", &DEMModel::computeForces, Release())
+      .def(
+          "compute_forces", [](DEMModel& model) { model.computeForces(); }, Release())
       .def("compute_peridynamic_forces", &DEMModel::computePeridynamicForces, Release())
-      .def("compute_contact_forces", &DEMModel::computeContactForces, Release())
+      .def(
+          "compute_contact_forces", [](DEMModel& model) { model.computeContactForces(); },
+          Release())
+      .def("contact_forces", &contactForces)
+      .def("slips", &slips)
+      .def("restore", &restore, py::arg("n"), py::arg("time"), py::arg("nodes"),
+           py::arg("elongations"))
       .def("compute_external_forces", &DEMModel::computeExternalForces, Release())
       .def("compute_external_displacement_bc", &DEMModel::computeExternalDisplacementBC, Release())
-      .def("stable_time_step", &DEMModel::stableTimeStep, Release())
+      .def("stable_time_step",
+           [](const DEMModel& model) {
+             const auto limit = model.stableTimeStep();
+             return std::make_pair(limit.bonds, limit.contact);
+           })
       .def("timings", &timings)
       .def("contact_law", &contactLaw, py::arg("body_i"), py::arg("body_j"))
       .def("contact_candidates",

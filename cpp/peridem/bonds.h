@@ -1,6 +1,7 @@
 // Bonds of all bodies: compressed rows over the nodes, both directions of a bond stored.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,13 @@ struct BondTable {
   std::vector<std::uint8_t> intact;  // 1: unbroken
 
   std::size_t size() const { return neighbors.size(); }
+
+  // Whether nodes i and j are bonded in the reference configuration, broken since or not.
+  bool everBonded(Index i, Index j) const {
+    const auto row = static_cast<std::size_t>(i);
+    return std::binary_search(neighbors.begin() + offsets[row],
+                              neighbors.begin() + offsets[row + 1], j);
+  }
 };
 
 // V_j *= (eps + h/2 - r) / h   where r > eps - h/2: the part of V_j inside the horizon.

@@ -31,6 +31,9 @@ ContactLaw makeContactLaw(const ContactDeck& deck, Real h_min, Real kappa, Real 
   law.damping_factor = dampingFactor(deck.beta_n_factor, deck.damping_on ? deck.epsilon : 1.0);
   law.damping_by_nodes = deck.center_damping_criterion == DampingCriterion::nodes;
   law.node_damping = deck.node_damping && deck.damping_on;
+  law.friction_history = deck.friction_model == FrictionModel::history && law.friction != 0;
+  law.kt = deck.tangential_stiffness_ratio * law.kn;
+  law.self_contact = deck.self_contact;
   return law;
 }
 
@@ -41,7 +44,7 @@ ContactForce::ContactForce(const ModelDeck& deck, const std::vector<Particle>& b
       compatibility_(deck.compatibility),
       n_zones_(deck.zones.size()),
       laws_(n_zones_ * n_zones_) {
-  if (bodies.size() < 2) return;
+  if (deck.contacts.empty() && bodies.size() < 2) return;
   if (deck.contacts.size() != laws_.size())
     throw InputError("Contact: constants are needed for every pair of zones");
 
@@ -65,9 +68,15 @@ ContactForce::ContactForce(const ModelDeck& deck, const std::vector<Particle>& b
                            horizon, compatibility_);
       largest_radius_ = std::max(largest_radius_, law.radius);
       any_damping_ = any_damping_ || law.damping_factor > 0;
+      any_history_ = any_history_ || law.friction_history;
     }
   }
-  search_ = ContactSearch(bodies, largest_radius_, skin_by_reach * largest_radius_);
+  std::vector<char> self_contact(bodies.size(), 0);
+  for (const Particle& body : bodies)
+    self_contact[static_cast<std::size_t>(body.id)] =
+        !body.is_wall && !body.constrained && law(body, body).self_contact;
+  search_ = ContactSearch(bodies, largest_radius_, skin_by_reach * largest_radius_,
+                          std::move(self_contact));
   wall_damping_.resize(bodies.size());
 }
 
@@ -82,19 +91,72 @@ bool ContactForce::takesContactForce(const State& state, const Particle& body,
   return body.constrained || (state.fixity[node] & all_directions) == all_directions;
 }
 
-void ContactForce::compute(State& state, const std::vector<Particle>& bodies, int threads) {
-  addNodeForces(state, bodies, threads);
-  if (!any_damping_) return;
-  if (any_wall_) addWallDamping(state, bodies, threads);
-  addCenterDamping(state, bodies);
+void ContactForce::updateSearch(const State& state, const BondTable& bonds,
+                                const std::vector<Particle>& bodies, int threads) {
+  if (!search_.needsRebuild(state, threads)) return;
+  const std::vector<SlipRecord> stretched = slips();
+  search_.rebuild(state, bonds, bodies, threads);
+  if (any_history_) setSlips(stretched);
 }
+
+std::vector<SlipRecord> ContactForce::slips() const {
+  std::vector<SlipRecord> records;
+  if (slips_.empty()) return records;
+  const auto& candidates = search_.candidates();
+  for (std::size_t row = 0; row < search_.nodes().size(); ++row)
+    for (auto k = static_cast<std::size_t>(candidates.offsets[row]);
+         k < static_cast<std::size_t>(candidates.offsets[row + 1]); ++k)
+      if (slips_[k] != Vec3::Zero())
+        records.push_back({search_.nodes()[row], candidates.indices[k], slips_[k]});
+  return records;
+}
+
+void ContactForce::setSlips(const std::vector<SlipRecord>& records) {
+  if (!any_history_) return;
+  const auto& nodes = search_.nodes();
+  const auto& candidates = search_.candidates();
+  slips_.assign(candidates.indices.size(), Vec3::Zero());
+  for (const SlipRecord& record : records) {
+    const auto node = std::lower_bound(nodes.begin(), nodes.end(), record.i);
+    if (node == nodes.end() || *node != record.i) continue;
+    const auto row = static_cast<Index>(node - nodes.begin());
+    const auto links = candidates.links(row);
+    const auto found = std::lower_bound(links.begin(), links.end(), record.j);
+    if (found == links.end() || *found != record.j) continue;
+    slips_[static_cast<std::size_t>(candidates.offsets[static_cast<std::size_t>(row)] +
+                                    (found - links.begin()))] = record.elongation;
+  }
+}
+
+void ContactForce::compute(const State& state, const std::vector<Particle>& bodies, Real slip_time,
+                           std::vector<Vec3>& f, int threads) {
+  addNodeForces(state, bodies, slip_time, f, threads);
+  if (!any_damping_) return;
+  if (any_wall_) addWallDamping(state, bodies, f, threads);
+  addCenterDamping(state, bodies, f);
+}
+
+namespace {
+
+// Spring of the friction with history: stretched by the slip, turned into the tangential plane,
+// cut back to the Coulomb limit. Returns the force density on i.
+Vec3 springFriction(const ContactLaw& law, const Vec3& e_n, const Vec3& slip_velocity, Real normal,
+                    Real volume, Real slip_time, Vec3& elongation) {
+  elongation += slip_time * slip_velocity;
+  elongation -= elongation.dot(e_n) * e_n;
+  elongation *= law.slipCap(elongation.norm(), normal, volume);
+  return law.kt * volume * elongation;
+}
+
+}  // namespace
 
 // (17) F = Kn (|x_j - x_i| - Rc) V_j <= 0,   f_i += F e_n
 // (20) f_i -= mu F e_t, e_t the direction of the slip w - (w . e_n) e_n of w = v_j - v_i
 // (22) f_i += beta w . e_n / V_i e_n while the nodes approach (option)      Jha et al. 2021
-void ContactForce::addNodeForces(State& state, const std::vector<Particle>& bodies,
-                                 int threads) const {
+void ContactForce::addNodeForces(const State& state, const std::vector<Particle>& bodies,
+                                 Real slip_time, std::vector<Vec3>& f, int threads) {
   const auto& nodes = search_.nodes();
+  const auto& candidates = search_.candidates();
   const auto body_of = [&](std::size_t i) -> const Particle& {
     return bodies[static_cast<std::size_t>(state.particle_id[i])];
   };
@@ -105,12 +167,16 @@ void ContactForce::addNodeForces(State& state, const std::vector<Particle>& bodi
     const Particle& p = body_of(i);
     if (!takesContactForce(state, p, i)) continue;
     Vec3 sum = Vec3::Zero();
-    for (const Index candidate : search_.candidates().links(static_cast<Index>(row))) {
-      const auto j = static_cast<std::size_t>(candidate);
+    for (auto k = static_cast<std::size_t>(candidates.offsets[row]);
+         k < static_cast<std::size_t>(candidates.offsets[row + 1]); ++k) {
+      const auto j = static_cast<std::size_t>(candidates.indices[k]);
       const ContactLaw& law = this->law(p, body_of(j));
       const Vec3 dx = state.x[j] - state.x[i];
       const Real distance = dx.norm();
-      if (!fuzzyLess(distance, law.radius)) continue;
+      if (!fuzzyLess(distance, law.radius)) {
+        if (any_history_) slips_[k].setZero();
+        continue;
+      }
       const Vec3 e_n = dx / distance;
       const Real normal = law.normalForce(distance, state.volume[j]);
       sum += normal * e_n;
@@ -118,15 +184,18 @@ void ContactForce::addNodeForces(State& state, const std::vector<Particle>& bodi
       const Vec3 w = state.v[j] - state.v[i];
       const Real approach = w.dot(e_n);
       const Vec3 slip = w - approach * e_n;
-      const Real slip_speed = slip.norm();
-      if (slip_speed > 0) sum += (law.friction * normal / slip_speed) * slip;
+      if (law.friction_history) {
+        sum += springFriction(law, e_n, slip, normal, state.volume[j], slip_time, slips_[k]);
+      } else if (const Real speed = slip.norm(); speed > 0) {
+        sum += (law.friction * normal / speed) * slip;
+      }
       if (law.node_damping && approach < 0) {
         const Real mass_i = state.density[i] * state.volume[i];
         const Real mass_j = state.density[j] * state.volume[j];
         sum += law.damping(harmonicMean(mass_i, mass_j)) * approach / state.volume[i] * e_n;
       }
     }
-    state.f[i] += sum;
+    f[i] += sum;
   }
 }
 
@@ -155,16 +224,17 @@ bool ContactForce::nodesTouch(const State& state, const std::vector<Particle>& b
 
 namespace {
 
-void addToBody(State& state, const Particle& body, const Vec3& force_density) {
+void addToBody(std::vector<Vec3>& f, const Particle& body, const Vec3& force_density) {
   for (auto i = static_cast<std::size_t>(body.start); i < static_cast<std::size_t>(body.stop); ++i)
-    state.f[i] += force_density;
+    f[i] += force_density;
 }
 
 }  // namespace
 
 // (27) on every node of p: beta c n / |Omega_p|, c = min(0, (v_q - v_p) . n) between the centres,
 // n from p to q, (28) beta = betan sqrt(kappa Rc M_eq)      Jha et al. 2021
-void ContactForce::addCenterDamping(State& state, const std::vector<Particle>& bodies) const {
+void ContactForce::addCenterDamping(const State& state, const std::vector<Particle>& bodies,
+                                    std::vector<Vec3>& f) const {
   for (const auto& [id_p, id_q] : search_.centerPairs()) {
     const Particle& p = bodies[static_cast<std::size_t>(id_p)];
     const Particle& q = bodies[static_cast<std::size_t>(id_q)];
@@ -185,8 +255,8 @@ void ContactForce::addCenterDamping(State& state, const std::vector<Particle>& b
     const Real volume_p = dampedVolume(p);
     const Real volume_q = dampedVolume(q);
     const Real beta = law.damping(harmonicMean(p.density * volume_p, q.density * volume_q));
-    addToBody(state, p, beta * c / volume_p * n);
-    addToBody(state, q, -beta * c / volume_q * n);
+    addToBody(f, p, beta * c / volume_p * n);
+    addToBody(f, q, -beta * c / volume_q * n);
   }
 }
 
@@ -224,7 +294,8 @@ void ContactForce::dampAgainstWalls(const State& state, const std::vector<Partic
   }
 }
 
-void ContactForce::addWallDamping(State& state, const std::vector<Particle>& bodies, int threads) {
+void ContactForce::addWallDamping(const State& state, const std::vector<Particle>& bodies,
+                                  std::vector<Vec3>& f, int threads) {
   const std::size_t n = bodies.size();
 #pragma omp parallel for num_threads(threads) \
     schedule(dynamic, 8) if (search_.nodes().size() > rows_worth_threads)
@@ -235,7 +306,7 @@ void ContactForce::addWallDamping(State& state, const std::vector<Particle>& bod
     dampAgainstWalls(state, bodies, bodies[p], found);
     Vec3 sum = Vec3::Zero();
     for (const WallDamping& damping : found) sum += damping.force;
-    if (!found.empty()) addToBody(state, bodies[p], sum);
+    if (!found.empty()) addToBody(f, bodies[p], sum);
   }
   // The wall nodes carry the reaction, body by body in a fixed order.
   for (std::size_t p = 0; p < n; ++p) {
@@ -243,7 +314,7 @@ void ContactForce::addWallDamping(State& state, const std::vector<Particle>& bod
       const auto k = static_cast<std::size_t>(damping.node);
       const auto& wall = bodies[static_cast<std::size_t>(state.particle_id[k])];
       if (!takesContactForce(state, wall, k)) continue;
-      state.f[k] -= damping.force * (bodies[p].volume / state.volume[k]);
+      f[k] -= damping.force * (bodies[p].volume / state.volume[k]);
     }
   }
 }

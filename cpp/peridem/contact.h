@@ -11,18 +11,30 @@
 
 namespace peridem {
 
+// Elongation [m] of the tangential spring that pulls node i towards where node j slips.
+struct SlipRecord {
+  Index i = 0;
+  Index j = 0;
+  Vec3 elongation = Vec3::Zero();
+};
+
 class ContactForce {
  public:
   ContactForce() = default;
   ContactForce(const ModelDeck& deck, const std::vector<Particle>& bodies);
 
-  // Brings the candidate lists up to date; true when they were rebuilt.
-  bool updateSearch(const State& state, const std::vector<Particle>& bodies, int threads) {
-    return search_.update(state, bodies, threads);
-  }
+  // Brings the candidate lists up to date.
+  void updateSearch(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
+                    int threads);
 
-  // Adds the contact forces to f.
-  void compute(State& state, const std::vector<Particle>& bodies, int threads);
+  // Adds the contact forces to f (a force density per node). Springs of the friction with history
+  // stretch by the slip during `slip_time`; 0 leaves them as they are.
+  void compute(const State& state, const std::vector<Particle>& bodies, Real slip_time,
+               std::vector<Vec3>& f, int threads);
+
+  // Tangential springs that are stretched, in the order of nodes i and j.
+  std::vector<SlipRecord> slips() const;
+  void setSlips(const std::vector<SlipRecord>& records);
 
   const ContactLaw& law(const Particle& p, const Particle& q) const {
     return laws_[static_cast<std::size_t>(p.zone) * n_zones_ + static_cast<std::size_t>(q.zone)];
@@ -39,9 +51,12 @@ class ContactForce {
   };
 
   bool takesContactForce(const State& state, const Particle& body, std::size_t node) const;
-  void addNodeForces(State& state, const std::vector<Particle>& bodies, int threads) const;
-  void addCenterDamping(State& state, const std::vector<Particle>& bodies) const;
-  void addWallDamping(State& state, const std::vector<Particle>& bodies, int threads);
+  void addNodeForces(const State& state, const std::vector<Particle>& bodies, Real slip_time,
+                     std::vector<Vec3>& f, int threads);
+  void addCenterDamping(const State& state, const std::vector<Particle>& bodies,
+                        std::vector<Vec3>& f) const;
+  void addWallDamping(const State& state, const std::vector<Particle>& bodies, std::vector<Vec3>& f,
+                      int threads);
   void dampAgainstWalls(const State& state, const std::vector<Particle>& bodies,
                         const Particle& body, std::vector<WallDamping>& found) const;
   bool nodesTouch(const State& state, const std::vector<Particle>& bodies, const Particle& p,
@@ -52,10 +67,12 @@ class ContactForce {
   Compatibility compatibility_ = Compatibility::corrected;
   bool any_damping_ = false;
   bool any_wall_ = false;
+  bool any_history_ = false;
   Real largest_radius_ = 0;
   std::size_t n_zones_ = 0;
   std::vector<ContactLaw> laws_;
   ContactSearch search_;
+  std::vector<Vec3> slips_;                             // per candidate; empty without history
   std::vector<std::vector<WallDamping>> wall_damping_;  // per body, reused
 };
 

@@ -9,20 +9,21 @@ namespace {
 constexpr std::size_t nodes_worth_threads = 20000;
 }
 
-ContactSearch::ContactSearch(const std::vector<Particle>& bodies, Real reach, Real skin)
-    : reach_(reach), skin_(skin), needed_(bodies.size() > 1 && reach > 0), boxes_(bodies.size()) {}
+ContactSearch::ContactSearch(const std::vector<Particle>& bodies, Real reach, Real skin,
+                             std::vector<char> self_contact)
+    : self_contact_(std::move(self_contact)),
+      reach_(reach),
+      skin_(skin),
+      needed_(reach > 0 &&
+              (bodies.size() > 1 ||
+               std::find(self_contact_.begin(), self_contact_.end(), 1) != self_contact_.end())),
+      boxes_(bodies.size()) {}
 
-bool ContactSearch::update(const State& state, const std::vector<Particle>& bodies, int threads) {
+bool ContactSearch::needsRebuild(const State& state, int threads) const {
   if (!needed_) return false;
-  if (x_built_.size() == state.size() && !movedTooFar(state, threads)) return false;
-  rebuild(state, bodies, threads);
-  ++rebuilds_;
-  return true;
-}
-
-bool ContactSearch::movedTooFar(const State& state, int threads) const {
-  Real farthest = 0;
   const std::size_t n = state.size();
+  if (x_built_.size() != n) return true;
+  Real farthest = 0;
 #pragma omp parallel for num_threads(threads) reduction(max : farthest) \
     schedule(static) if (n > nodes_worth_threads)
   for (std::size_t i = 0; i < n; ++i) {
@@ -59,6 +60,7 @@ ContactSearch::BodyPairs ContactSearch::bodyPairs(const State& state,
   BodyPairs pairs;
   for (std::size_t a = 0; a < n; ++a) {
     const std::size_t p = order[a];
+    if (self_contact_[p]) pairs.emplace_back(p, p);
     for (std::size_t b = a + 1; b < n; ++b) {
       const std::size_t q = order[b];
       if (boxes_[q].lower[0] > boxes_[p].upper[0] + margin) break;
@@ -79,7 +81,7 @@ std::vector<Index> ContactSearch::nodesNearOthers(const State& state,
   std::vector<std::vector<Index>> partners(bodies.size());
   for (const auto& [p, q] : pairs) {
     partners[static_cast<std::size_t>(p)].push_back(q);
-    partners[static_cast<std::size_t>(q)].push_back(p);
+    if (p != q) partners[static_cast<std::size_t>(q)].push_back(p);
   }
   std::vector<std::vector<Index>> near(bodies.size());
 #pragma omp parallel for num_threads(threads) \
@@ -100,7 +102,8 @@ std::vector<Index> ContactSearch::nodesNearOthers(const State& state,
   return nodes;
 }
 
-void ContactSearch::rebuild(const State& state, const std::vector<Particle>& bodies, int threads) {
+void ContactSearch::rebuild(const State& state, const BondTable& bonds,
+                            const std::vector<Particle>& bodies, int threads) {
   const Real radius = reach_ + skin_;
   const BodyPairs pairs = bodyPairs(state, bodies, radius, threads);
   const std::vector<Index> near = nodesNearOthers(state, bodies, pairs, radius, threads);
@@ -108,7 +111,7 @@ void ContactSearch::rebuild(const State& state, const std::vector<Particle>& bod
   std::vector<Vec3> points(near.size());
   for (std::size_t k = 0; k < near.size(); ++k)
     points[k] = state.x[static_cast<std::size_t>(near[k])];
-  AdjacencyList all = neighborsWithin(points, radius, threads);
+  const AdjacencyList all = neighborsWithin(points, radius, threads);
 
   nodes_.clear();
   candidates_.offsets.assign(1, 0);
@@ -121,15 +124,23 @@ void ContactSearch::rebuild(const State& state, const std::vector<Particle>& bod
     const std::size_t before = candidates_.indices.size();
     for (const Index other : all.links(static_cast<Index>(k))) {
       const Index j = near[static_cast<std::size_t>(other)];
-      if (mayTouch(p, body_of(j))) candidates_.indices.push_back(j);
+      const Particle& q = body_of(j);
+      const bool own = p.id == q.id && self_contact_[static_cast<std::size_t>(p.id)] &&
+                       !bonds.everBonded(near[k], j);
+      if (own || mayTouch(p, q)) candidates_.indices.push_back(j);
     }
     if (candidates_.indices.size() == before) continue;
     nodes_.push_back(near[k]);
     candidates_.offsets.push_back(static_cast<Offset>(candidates_.indices.size()));
   }
+  rebuildCenterPairs(state, bodies);
+  x_built_ = state.x;
+  ++rebuilds_;
+}
 
-  // Bounding spheres around the centre nodes. They may be wider than the boxes, hence a search of
-  // their own among all particles, cheap because bodies are few.
+// Bounding spheres around the centre nodes. They may be wider than the boxes, hence a search of
+// their own among all particles, cheap because bodies are few.
+void ContactSearch::rebuildCenterPairs(const State& state, const std::vector<Particle>& bodies) {
   center_pairs_.clear();
   std::vector<Index> order;
   for (const Particle& body : bodies)
@@ -155,7 +166,6 @@ void ContactSearch::rebuild(const State& state, const std::vector<Particle>& bod
     }
   }
   std::sort(center_pairs_.begin(), center_pairs_.end());
-  x_built_ = state.x;
 }
 
 std::pair<std::size_t, std::size_t> ContactSearch::bodyRows(const Particle& body) const {

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "bonds.h"
 #include "neighbors.h"
 #include "particle.h"
 #include "state.h"
@@ -15,14 +16,18 @@ namespace peridem {
 class ContactSearch {
  public:
   ContactSearch() = default;
-  // `reach`: largest distance at which two nodes interact. `bodies` share a list of pairs to
-  // leave out: two walls, or two bodies that never move.
-  ContactSearch(const std::vector<Particle>& bodies, Real reach, Real skin);
+  // `reach`: largest distance at which two nodes interact. `self_contact[p]`: whether nodes of
+  // body p that were never bonded to each other are candidates too.
+  ContactSearch(const std::vector<Particle>& bodies, Real reach, Real skin,
+                std::vector<char> self_contact);
 
-  // Rebuilds the lists if some node has moved too far. Returns true when it did.
-  bool update(const State& state, const std::vector<Particle>& bodies, int threads);
+  // Whether some node has moved too far since the lists were built.
+  bool needsRebuild(const State& state, int threads) const;
+  void rebuild(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
+               int threads);
 
-  // Nodes with candidates, ascending, and the candidates of each: nodes of other bodies.
+  // Nodes with candidates, ascending, and the candidates of each: nodes of other bodies,
+  // and with self-contact of its own body.
   const std::vector<Index>& nodes() const { return nodes_; }
   const AdjacencyList& candidates() const { return candidates_; }
 
@@ -36,8 +41,7 @@ class ContactSearch {
 
  private:
   using BodyPairs = std::vector<std::pair<Index, Index>>;
-  bool movedTooFar(const State& state, int threads) const;
-  void rebuild(const State& state, const std::vector<Particle>& bodies, int threads);
+  void rebuildCenterPairs(const State& state, const std::vector<Particle>& bodies);
   BodyPairs bodyPairs(const State& state, const std::vector<Particle>& bodies, Real margin,
                       int threads);
   std::vector<Index> nodesNearOthers(const State& state, const std::vector<Particle>& bodies,
@@ -47,6 +51,7 @@ class ContactSearch {
     Vec3 lower, upper;
   };
 
+  std::vector<char> self_contact_;
   Real reach_ = 0;
   Real skin_ = 0;
   bool needed_ = false;

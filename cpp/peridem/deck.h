@@ -16,6 +16,8 @@ enum class BondBreaking { both, tension };  // break in tension and compression,
 enum class InfluenceType { constant, linear, gaussian };
 enum class CellType { none, line, triangle, quad, tetra };
 enum class DampingCriterion { centers, nodes };
+// Friction from the direction of the slip alone, or with a tangential spring (Cundall, Strack 1979)
+enum class FrictionModel { slip, history };
 
 // Reference mesh of a zone.
 struct Mesh {
@@ -81,6 +83,9 @@ struct ContactDeck {
   Real friction_coeff = 0.0;
   DampingCriterion center_damping_criterion = DampingCriterion::centers;
   bool node_damping = false;
+  FrictionModel friction_model = FrictionModel::slip;
+  Real tangential_stiffness_ratio = 2.0 / 7.0;  // kt / Kn of the friction with history
+  bool self_contact = false;  // pair (i, i): also between nodes of one body never bonded together
 };
 
 enum class TimeFunctionType {

@@ -7,7 +7,6 @@ namespace peridem {
 namespace {
 
 constexpr std::size_t nodes_worth_threads = 20000;
-constexpr Real largest_speed = 1e100;  // beyond it, or NaN: not finite for our purposes
 
 bool isFree(std::uint8_t locked, int d) {
   return !((locked >> d) & 1);
@@ -16,7 +15,7 @@ bool isFree(std::uint8_t locked, int d) {
 }  // namespace
 
 bool kickAndDrift(State& state, const std::vector<std::uint8_t>& locked, Real k, Real dt,
-                  int dimension, int threads) {
+                  Real speed_limit, int dimension, int threads) {
   const std::size_t n = state.size();
   int bad = 0;
 #pragma omp parallel for num_threads(threads) schedule(static) \
@@ -26,7 +25,7 @@ bool kickAndDrift(State& state, const std::vector<std::uint8_t>& locked, Real k,
     for (int d = 0; d < dimension; ++d) {
       if (!isFree(locked[i], d)) continue;
       const Real v = state.v[i][d] + k_by_rho * state.f[i][d];
-      bad |= !(std::abs(v) < largest_speed);
+      bad |= !(std::abs(v) < speed_limit);
       state.v[i][d] = v;
       state.u[i][d] += dt * v;
       state.x[i][d] += dt * v;
@@ -35,8 +34,8 @@ bool kickAndDrift(State& state, const std::vector<std::uint8_t>& locked, Real k,
   return bad == 0;
 }
 
-bool kick(State& state, const std::vector<std::uint8_t>& locked, Real k, int dimension,
-          int threads) {
+bool kick(State& state, const std::vector<std::uint8_t>& locked, Real k, Real speed_limit,
+          int dimension, int threads) {
   const std::size_t n = state.size();
   int bad = 0;
 #pragma omp parallel for num_threads(threads) schedule(static) \
@@ -46,7 +45,7 @@ bool kick(State& state, const std::vector<std::uint8_t>& locked, Real k, int dim
     for (int d = 0; d < dimension; ++d) {
       if (!isFree(locked[i], d)) continue;
       state.v[i][d] += k_by_rho * state.f[i][d];
-      bad |= !(std::abs(state.v[i][d]) < largest_speed);
+      bad |= !(std::abs(state.v[i][d]) < speed_limit);
     }
   }
   return bad == 0;

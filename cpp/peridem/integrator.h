@@ -8,13 +8,13 @@
 
 namespace peridem {
 
-// v += k f / rho. Returns false when a velocity is no longer finite.
-bool kick(State& state, const std::vector<std::uint8_t>& locked, Real k, int dimension,
-          int threads);
+// v += k f / rho. Returns false when a component of a velocity is NaN or beyond the limit.
+bool kick(State& state, const std::vector<std::uint8_t>& locked, Real k, Real speed_limit,
+          int dimension, int threads);
 
 // v += k f / rho, then u += dt v and x += dt v, in one pass. With k = dt the step of the central
 // difference scheme (Jha et al. 2021, eq. 32), with k = dt/2 the first half of velocity Verlet.
 bool kickAndDrift(State& state, const std::vector<std::uint8_t>& locked, Real k, Real dt,
-                  int dimension, int threads);
+                  Real speed_limit, int dimension, int threads);
 
 }  // namespace peridem

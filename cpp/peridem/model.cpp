@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <string>
 
 #include "errors.h"
@@ -152,8 +153,9 @@ void DEMModel::init() {
     body.self_contact_kn = 18 * law_modulus / (pi * std::pow(body.horizon, 5));
     appendBonds(bonds_, state_, body, influence, threads_);
   }
-  peridynamic_ = PeridynamicForce(state_, bonds_, particles_, deck_.dimension);
+  peridynamic_ = PeridynamicForce(state_, bonds_, particles_, deck_.dimension, deck_.compatibility);
   contact_ = ContactForce(deck_, particles_);
+  speed_limit_ = speedLimit();
   initialized_ = true;
 }
 
@@ -200,13 +202,13 @@ void DEMModel::integrateCD() {
   bool finite = true;
   {
     const Stopwatch watch(timings_.integration);
-    finite = kickAndDrift(state_, locked_, dt, dt, deck_.dimension, threads_);
+    finite = kickAndDrift(state_, locked_, dt, dt, speed_limit_, deck_.dimension, threads_);
   }
-  if (!finite) reportNotFinite();
+  if (!finite) reportRunaway();
   ++n_;
   time_ += dt;
   computeExternalDisplacementBC();
-  computeForces();
+  computeForces(dt);
 }
 
 void DEMModel::integrateVerlet() {
@@ -214,24 +216,24 @@ void DEMModel::integrateVerlet() {
   bool finite = true;
   {
     const Stopwatch watch(timings_.integration);
-    finite = kickAndDrift(state_, locked_, dt / 2, dt, deck_.dimension, threads_);
+    finite = kickAndDrift(state_, locked_, dt / 2, dt, speed_limit_, deck_.dimension, threads_);
   }
-  if (!finite) reportNotFinite();
+  if (!finite) reportRunaway();
   ++n_;
   time_ += dt;
   computeExternalDisplacementBC();
-  computeForces();
+  computeForces(dt);
   {
     const Stopwatch watch(timings_.integration);
-    finite = kick(state_, locked_, dt / 2, deck_.dimension, threads_);
+    finite = kick(state_, locked_, dt / 2, speed_limit_, deck_.dimension, threads_);
   }
-  if (!finite) reportNotFinite();
+  if (!finite) reportRunaway();
 }
 
-void DEMModel::computeForces() {
+void DEMModel::computeForces(Real slip_time) {
   init();
   computePeridynamicForces();
-  computeContactForces();
+  computeContactForces(slip_time);
   computeExternalForces();
 }
 
@@ -244,14 +246,31 @@ void DEMModel::computePeridynamicForces() {
   peridynamic_.compute(state_, bonds_, particles_, threads_);
 }
 
-void DEMModel::computeContactForces() {
-  if (particles_.size() < 2) return;
+void DEMModel::computeContactForces(Real slip_time) {
   {
     const Stopwatch watch(timings_.contact_search);
-    contact_.updateSearch(state_, particles_, threads_);
+    contact_.updateSearch(state_, bonds_, particles_, threads_);
   }
   const Stopwatch watch(timings_.contact);
-  contact_.compute(state_, particles_, threads_);
+  contact_.compute(state_, particles_, slip_time, state_.f, threads_);
+}
+
+std::vector<Vec3> DEMModel::contactForces() {
+  init();
+  contact_.updateSearch(state_, bonds_, particles_, threads_);
+  std::vector<Vec3> f(state_.size(), Vec3::Zero());
+  contact_.compute(state_, particles_, 0, f, threads_);
+  return f;
+}
+
+void DEMModel::restore(Offset n, Real time, const std::vector<SlipRecord>& slips) {
+  init();
+  lockDirections();
+  contact_.updateSearch(state_, bonds_, particles_, threads_);
+  contact_.setSlips(slips);
+  n_ = n;
+  time_ = time;
+  started_ = true;
 }
 
 void DEMModel::computeExternalForces() {
@@ -264,20 +283,27 @@ void DEMModel::computeExternalDisplacementBC() {
   prescribeDisplacements(state_, displacement_sets_, time_, deck_.compatibility);
 }
 
-void DEMModel::reportNotFinite() const {
-  const auto& v = state_.v;
-  const auto bad = std::find_if(v.begin(), v.end(), [](const Vec3& velocity) {
-    return !(velocity.cwiseAbs().maxCoeff() < 1e100);
+// A node that crosses its horizon within one step has left the physics: sound, the fastest motion,
+// takes several steps for that in a stable run.
+Real DEMModel::speedLimit() const {
+  Real smallest = std::numeric_limits<Real>::infinity();
+  for (const Particle& body : particles_) smallest = std::min(smallest, body.horizon);
+  return smallest / timeStep();
+}
+
+void DEMModel::reportRunaway() const {
+  const auto bad = std::find_if(state_.v.begin(), state_.v.end(), [&](const Vec3& velocity) {
+    return !(velocity.cwiseAbs().maxCoeff() < speed_limit_);
   });
-  const auto i = static_cast<std::size_t>(bad - v.begin());
-  const Index id = i < v.size() ? state_.particle_id[i] : -1;
-  const Index local =
-      id < 0 ? -1 : static_cast<Index>(i) - particles_[static_cast<std::size_t>(id)].start;
-  throw NumericalError("step " + std::to_string(n_) + " (t = " + std::to_string(time_) +
-                       " s): the velocity of body " + std::to_string(id) + ", node " +
-                       std::to_string(local) +
-                       " is not finite; use a smaller time step, or check the loads and for "
-                       "overlapping bodies");
+  const auto i = std::min(static_cast<std::size_t>(bad - state_.v.begin()), state_.size() - 1);
+  const Particle& body = particles_[static_cast<std::size_t>(state_.particle_id[i])];
+  std::ostringstream text;
+  text << "step " << n_ + 1 << " (t = " << time_ + timeStep() << " s): body " << body.id
+       << ", node " << static_cast<Index>(i) - body.start << ": speed = " << state_.v[i].norm()
+       << " m/s: must be finite and below " << speed_limit_
+       << " m/s (one horizon in a step); use a smaller time step (dt = " << timeStep()
+       << " s), or check loads, stiffnesses and overlapping bodies";
+  throw NumericalError(text.str());
 }
 
 namespace {
@@ -323,26 +349,30 @@ std::vector<Real> sumOfLengthTimesWeight(const BondTable& bonds, std::size_t n) 
 
 }  // namespace
 
-Real DEMModel::stableTimeStep() const {
+DEMModel::StableTimeStep DEMModel::stableTimeStep() const {
   if (!initialized_) throw InputError("stable time step: call init() first");
-  Real largest = 0;  // omega^2
+  Real bond = 0;     // omega^2
+  Real contact = 0;  // of two nodes: Kn V (1/rho + 1/rho')
   const auto sum_r_w = sumOfLengthTimesWeight(bonds_, state_.size());
   for (const Particle& body : particles_) {
     if (body.constrained) continue;
-    Real contact = 0;  // three neighbours in full contact, each displacement counted on both sides
     for (const Particle& other : particles_)
       if (mayTouch(body, other))
-        contact = std::max(contact, contact_.law(body, other).kn * other.volume /
-                                        static_cast<Real>(other.nodes()));
+        contact = std::max(contact, contact_.law(body, other).kn *
+                                        (other.volume / static_cast<Real>(other.nodes())) *
+                                        (1 / body.density + 1 / other.density));
     for (auto i = static_cast<std::size_t>(body.start); i < static_cast<std::size_t>(body.stop);
          ++i) {
-      const Real bond = std::visit(
+      const Real row = std::visit(
           [&](const auto& law) { return stiffnessBound(bonds_, state_, i, law, sum_r_w); },
           body.law);
-      largest = std::max(largest, (bond + 6 * contact) / body.density);
+      bond = std::max(bond, row / body.density);
     }
   }
-  return largest > 0 ? 2 / std::sqrt(largest) : std::numeric_limits<Real>::infinity();
+  const auto limit = [](Real omega_squared) {
+    return omega_squared > 0 ? 2 / std::sqrt(omega_squared) : std::numeric_limits<Real>::infinity();
+  };
+  return {limit(bond), limit(contact)};
 }
 
 std::size_t DEMModel::memoryBytes() const {

@@ -52,9 +52,11 @@ class DEMModel {
   void start();
   void step();
 
-  void computeForces();
+  // `slip_time`: time during which the springs of the friction with history have stretched since
+  // the last evaluation; the step passes dt.
+  void computeForces(Real slip_time = 0);
   void computePeridynamicForces();
-  void computeContactForces();
+  void computeContactForces(Real slip_time = 0);
   void computeExternalForces();
   void computeExternalDisplacementBC();
 
@@ -65,6 +67,12 @@ class DEMModel {
   BondTable& bonds() { return bonds_; }
   const BondTable& bonds() const { return bonds_; }
   const ContactForce& contact() const { return contact_; }
+
+  // Contact and damping forces alone, a force density per node, at the current state.
+  std::vector<Vec3> contactForces();
+
+  // Goes on from a saved state: the arrays are set by the caller, these are the rest.
+  void restore(Offset n, Real time, const std::vector<SlipRecord>& slips);
   const Timings& timings() const { return timings_; }
   Real time() const { return time_; }
   Real timeStep() const { return deck_.timeStep(); }
@@ -73,9 +81,13 @@ class DEMModel {
   bool started() const { return started_; }
   int threads() const { return threads_; }
 
-  // Estimate of the largest stable time step [s]: 2 / omega with omega^2 bounded, node by node,
-  // by the row sums of the linearised bond forces and of a full contact (Gershgorin).
-  Real stableTimeStep() const;
+  // Estimates of the largest stable time step [s]: 2 / omega with omega^2 bounded by the row sums
+  // of the linearised bond forces (Gershgorin), and 2 / omega of two nodes in contact.
+  struct StableTimeStep {
+    Real bonds;
+    Real contact;
+  };
+  StableTimeStep stableTimeStep() const;
 
   // Bytes held by the arrays of nodes and bonds.
   std::size_t memoryBytes() const;
@@ -85,7 +97,8 @@ class DEMModel {
   void integrateVerlet();
   void placeBody(const BodyDeck& body, Index id, const std::vector<Real>& mesh_volumes);
   void lockDirections();
-  [[noreturn]] void reportNotFinite() const;
+  Real speedLimit() const;
+  [[noreturn]] void reportRunaway() const;
 
   ModelDeck deck_;
   int threads_ = 1;
@@ -99,6 +112,7 @@ class DEMModel {
   std::vector<InitialVelocity> initial_velocities_;
   std::vector<std::uint8_t> locked_;  // bit d set: direction d of the node is not integrated
   Timings timings_;
+  Real speed_limit_ = 0;  // |v| beyond which the run has diverged
   Real time_ = 0;
   Offset n_ = 0;
   bool initialized_ = false;

@@ -53,7 +53,7 @@ struct Row {
 // (10) theta = 3/m sum over unbroken of r (|y| - r) J V_j   Jha et al. 2021
 // (14) Z = max over all neighbours of |s| / s0
 template <int Dim>
-void dilatationAt(std::size_t i, const Lps& law, State& state, BondTable& bonds,
+void dilatationAt(std::size_t i, const Lps& law, bool active, State& state, BondTable& bonds,
                   StateBasedFactors& factors) {
   Real sum = 0;
   Real largest = 0;
@@ -64,6 +64,7 @@ void dilatationAt(std::size_t i, const Lps& law, State& state, BondTable& bonds,
     const Real e = bond.length - r;
     const Real s = e / r;
     largest = std::max(largest, std::abs(s));
+    if (!active) continue;
     if (law.breaks(s)) bonds.intact[k] = 0;
     if (bonds.intact[k]) sum += r * e * bonds.weight[k];
   }
@@ -129,9 +130,10 @@ void bondBasedForceAt(std::size_t i, const BondLaw& law, const Particle& body, S
 
 enum class Stage { dilatation, force };
 
-// One stage on one block. Bond-based bodies do everything in the force stage.
+// One stage on one block; `active`: see the constructor. Bond-based bodies do everything in the
+// force stage.
 template <int Dim>
-void runStage(Stage stage, const NodeBlock& block, const Particle& body, State& state,
+void runStage(Stage stage, const NodeBlock& block, const Particle& body, bool active, State& state,
               BondTable& bonds, StateBasedFactors& factors) {
   std::visit(
       [&](const auto& law) {
@@ -139,7 +141,7 @@ void runStage(Stage stage, const NodeBlock& block, const Particle& body, State& 
           const auto i = static_cast<std::size_t>(node);
           if constexpr (std::decay_t<decltype(law)>::state_based) {
             if (stage == Stage::dilatation)
-              dilatationAt<Dim>(i, law, state, bonds, factors);
+              dilatationAt<Dim>(i, law, active, state, bonds, factors);
             else
               stateBasedForceAt<Dim>(i, body, state, bonds, factors);
           } else if (stage == Stage::force) {
@@ -154,8 +156,12 @@ void runStage(Stage stage, const NodeBlock& block, const Particle& body, State& 
 
 PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
                                    const std::vector<Particle>& bodies, int dimension,
-                                   Index block_nodes)
+                                   Compatibility mode, Index block_nodes)
     : dimension_(dimension), factors_(state.size()) {
+  // In the original the material of body 0 decides whether dilatation and the break test of
+  // state-based bonds run at all, for all bodies.
+  if (mode == Compatibility::original)
+    state_based_stage_ = std::holds_alternative<Lps>(bodies.front().law);
   for (NodeBlock& block : makeBlocks(bonds, bodies, block_nodes)) {
     const auto& body = bodies[static_cast<std::size_t>(block.body)];
     const bool is_whole = static_cast<Index>(block.nodes.size()) == body.nodes();
@@ -182,22 +188,21 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
 template <int Dim>
 void PeridynamicForce::computeInDimension(State& state, BondTable& bonds,
                                           const std::vector<Particle>& bodies, int threads) {
-  const auto body_of = [&](const NodeBlock& block) -> const Particle& {
-    return bodies[static_cast<std::size_t>(block.body)];
+  const auto run = [&](Stage stage, const NodeBlock& block) {
+    runStage<Dim>(stage, block, bodies[static_cast<std::size_t>(block.body)], state_based_stage_,
+                  state, bonds, factors_);
   };
 #pragma omp parallel num_threads(threads) if (parallel_)
   {
 #pragma omp for schedule(dynamic, 1) nowait
     for (std::size_t k = 0; k < whole_.size(); ++k) {
-      runStage<Dim>(Stage::dilatation, whole_[k], body_of(whole_[k]), state, bonds, factors_);
-      runStage<Dim>(Stage::force, whole_[k], body_of(whole_[k]), state, bonds, factors_);
+      run(Stage::dilatation, whole_[k]);
+      run(Stage::force, whole_[k]);
     }
 #pragma omp for schedule(dynamic, 1)
-    for (std::size_t k = 0; k < pieces_.size(); ++k)
-      runStage<Dim>(Stage::dilatation, pieces_[k], body_of(pieces_[k]), state, bonds, factors_);
+    for (std::size_t k = 0; k < pieces_.size(); ++k) run(Stage::dilatation, pieces_[k]);
 #pragma omp for schedule(dynamic, 1)
-    for (std::size_t k = 0; k < pieces_.size(); ++k)
-      runStage<Dim>(Stage::force, pieces_[k], body_of(pieces_[k]), state, bonds, factors_);
+    for (std::size_t k = 0; k < pieces_.size(); ++k) run(Stage::force, pieces_[k]);
   }
 }
 

@@ -24,7 +24,7 @@ class PeridynamicForce {
   PeridynamicForce() = default;
   // Blocks of about `block_nodes` nodes; see makeBlocks().
   PeridynamicForce(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
-                   int dimension, Index block_nodes = 4096);
+                   int dimension, Compatibility mode, Index block_nodes = 4096);
 
   // First stage: break test of state-based bonds, dilatation theta, damage Z. Second stage: sets
   // f to the internal force density. Bodies of one block go through both at once.
@@ -40,6 +40,7 @@ class PeridynamicForce {
   std::vector<NodeBlock> pieces_;  // blocks of partitioned bodies
   StateBasedFactors factors_;
   bool parallel_ = false;
+  bool state_based_stage_ = true;  // see the constructor
 };
 
 }  // namespace peridem

@@ -249,7 +249,7 @@ class DEMModel:
         ``DEMModel::stableTimeStep``.
         """
         self.init()
-        return float(self._core.stable_time_step())
+        return float(min(self._core.stable_time_step()))
 
     def init(self) -> None:
         """Build bonds, laws and contact; done once."""

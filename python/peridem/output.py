@@ -10,11 +10,11 @@ from __future__ import annotations
 import csv
 import os
 import re
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -48,6 +48,7 @@ NODE_TAGS: Mapping[str, int] = {
     "Zone_ID": 1,
     "Nodal_Volume": 1,
     "Damage_Z": 1,
+    "Damage": 1,
     "Theta": 1,
 }
 """Deck tags that become an array on the nodes, with their number of components."""

@@ -33,6 +33,8 @@ TORN = 1.3
 _DAMAGE_CAP = 2.0
 _WALL_COLOUR = "0.72"
 _INK = "0.25"
+_SOUND = "#e9eef4"
+_BROKEN = ((0.0, "#ffb347"), (0.5, "#e4572e"), (1.0, "#7d0a1e"))
 _CORNERS = {"triangle": 3, "quad": 4}
 
 
@@ -48,6 +50,7 @@ class _Field:
 
 _FIELDS = {
     "Damage_Z": _Field("damage_z", "Damage $Z = \\max\\,|s|/s_0$"),
+    "Damage": _Field("", "Fraction of broken bonds"),
     "Displacement": _Field("u", "Displacement", "m"),
     "Velocity": _Field("v", "Speed", "m/s"),
     "Force_Density": _Field("f", "Force density", "N/m³"),
@@ -125,6 +128,7 @@ class Snapshot:
             if known.attribute
         }
         fields["Force"] = fields["Force_Density"] * fields["Nodal_Volume"][:, None]
+        fields["Damage"] = model.broken_fraction()
         wall = np.zeros(len(state.x), dtype=bool)
         for body in model.particles:
             wall[body.start : body.stop] = body.type == "wall"
@@ -343,9 +347,17 @@ def _damage_colours() -> Colormap:
     """Sound material in quiet blues up to Z = 1, where the colour jumps to reds."""
     from matplotlib.colors import LinearSegmentedColormap
 
-    sound = [(0.0, "#e9eef4"), (0.25, "#b7c9dd"), (0.5, "#41719f")]
-    broken = [(0.5, "#ffb347"), (0.75, "#e4572e"), (1.0, "#7d0a1e")]
-    return LinearSegmentedColormap.from_list("peridem_damage", sound + broken, N=512)
+    sound = [(0.0, _SOUND), (0.25, "#b7c9dd"), (0.5, "#41719f")]
+    broken = [(0.5 + 0.5 * position, colour) for position, colour in _BROKEN]
+    return LinearSegmentedColormap.from_list("damage", sound + broken, N=512)
+
+
+def _fraction_colours() -> Colormap:
+    """Sound material pale, any broken bond in the reds of the damage."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    broken = [(0.1 + 0.9 * position, colour) for position, colour in _BROKEN]
+    return LinearSegmentedColormap.from_list("fraction", [(0.0, _SOUND), *broken], N=512)
 
 
 def _colour_scale(
@@ -356,6 +368,8 @@ def _colour_scale(
 
     if tag == "Damage_Z":
         return _damage_colours(), Normalize(*(limits or (0.0, _DAMAGE_CAP)))
+    if tag == "Damage":
+        return _fraction_colours(), Normalize(*(limits or (0.0, 1.0)))
     known = _FIELDS.get(tag)
     colours = colormaps[known.colours if known else "viridis"]
     finite = values[np.isfinite(values)]
@@ -383,6 +397,8 @@ def _finish(
         axes.spines[["top", "right"]].set_visible(False)
         axes.spines[["left", "bottom"]].set_color(_INK)
     axes.tick_params(colors=_INK, labelsize=9)
+    axes.xaxis.label.set_color(_INK)
+    axes.yaxis.label.set_color(_INK)
     if snapshot.time is not None:
         axes.set_title(f"t = {_time(snapshot.time)}", loc="left", fontsize=11, color=_INK)
     if shown is not None:

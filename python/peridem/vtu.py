@@ -233,7 +233,6 @@ def _is_complete(path: Path) -> bool:
 
 def _cell_runs(grid: Any) -> list[tuple[str, Array]]:
     """Cells of a grid as runs of one type with a rectangular connectivity each."""
-
     if grid.GetNumberOfCells() == 0:
         return []
     types = np.array([grid.GetCellType(i) for i in range(grid.GetNumberOfCells())])

@@ -185,6 +185,8 @@ def _report(error: ValidationError, model: type[Block], path: str, problems: Pro
                 meant.add(render_path(path, (*outer, match)))
     for entry in errors:
         here = render_path(path, entry["loc"])
+        if entry["type"] == "too_short" and len(entry["input"]) >= entry["ctx"]["min_length"]:
+            continue  # its wrong entries are reported one by one
         if entry["type"] == "extra_forbidden" or (entry["type"] == "missing" and here in meant):
             continue
         problems.add(here, rule_text(entry, field_at(model, entry["loc"])))
@@ -196,7 +198,7 @@ def _block_at(model: type[Block], location: tuple[int | str, ...]) -> type[Block
 
 
 def _walk(block: Block, path: str) -> Iterator[tuple[str, Block]]:
-    """A block and the blocks inside it, with their key paths."""
+    """Go through a block and the blocks inside it, with their key paths."""
     yield path, block
     for name, info in type(block).model_fields.items():
         value = getattr(block, name)

@@ -15,6 +15,8 @@ from .source import Source
 
 _MAX_PROBLEMS = 50
 _MAX_VALUE = 60
+#: Likeness from which a key of the same block is meant rather than the same key of another.
+_NEAR = 0.8
 _ABSENT = object()
 
 
@@ -59,7 +61,7 @@ def problem_text(source: Source, path: str, text: str) -> str:
 
 
 def show(value: Any) -> str:
-    """A value as the deck would write it, shortened."""
+    """Write a value as the deck would, shortened."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -96,7 +98,7 @@ def render_path(path: str, location: Sequence[int | str]) -> str:
 
 
 def field_at(model: type[Block], location: Sequence[int | str]) -> FieldInfo | None:
-    """Declaration of the key at a location inside a block."""
+    """Find the declaration of the key at a location inside a block."""
     found: FieldInfo | None = None
     block: type[Block] | None = model
     for part in location:
@@ -108,7 +110,7 @@ def field_at(model: type[Block], location: Sequence[int | str]) -> FieldInfo | N
 
 
 def nested_block(field: FieldInfo) -> type[Block] | None:
-    """The block that a key holds, if it holds one."""
+    """Find the block that a key holds, if it holds one."""
     for kind in (field.annotation, *get_args(field.annotation)):
         if isinstance(kind, type) and issubclass(kind, Block):
             return kind
@@ -116,7 +118,7 @@ def nested_block(field: FieldInfo) -> type[Block] | None:
 
 
 def remedy(field: FieldInfo | None) -> str:
-    """What to write for a key: its own remedy, or "give <description> in <unit>"."""
+    """Say what to write for a key: its own remedy, or "give <description> in <unit>"."""
     if field is None:
         return "check the value"
     extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
@@ -161,10 +163,10 @@ def _choice_text(expected: str, value: Any) -> str:
     return f"{rule}; did you mean {close}?" if close else f"{rule}; choose one of them"
 
 
-def closest(word: str, known: Sequence[str]) -> str | None:
-    """The known word most like `word`, whatever the case."""
+def closest(word: str, known: Sequence[str], *, cutoff: float = 0.6) -> str | None:
+    """Find the known word most like `word`, whatever the case."""
     lower = {name.lower(): name for name in known}
-    match = difflib.get_close_matches(word.lower(), lower, n=1, cutoff=0.6)
+    match = difflib.get_close_matches(word.lower(), lower, n=1, cutoff=cutoff)
     return lower[match[0]] if match else None
 
 
@@ -203,10 +205,13 @@ def unknown_key_text(name: str, model: type[Block], root: type[Block]) -> tuple[
     known = [str(field.alias) for field in model.model_fields.values()]
     if model.numbered is not None:
         known.append(model.numbered.label)
-    match = closest(name, known)
-    if match is not None:
-        return f"unknown key; did you mean {match}?", match
+    near = closest(name, known, cutoff=_NEAR)
+    if near is not None:
+        return f"unknown key; did you mean {near}?", near
     homes = [path for path, _ in schema_keys(root) if path.split(".")[-1].lower() == name.lower()]
     if homes:
         return f"unknown key here; it belongs at {' or '.join(homes[:3])}", None
+    match = closest(name, known)
+    if match is not None:
+        return f"unknown key; did you mean {match}?", match
     return f"unknown key; known here: {', '.join(known)}", None

@@ -227,7 +227,7 @@ def _required(parsed: Parsed, name: str, kind: type[B]) -> B:
 
 
 def _with_file(scope: r.Scope, block: F | None) -> F | None:
-    """A block with its file's path made absolute."""
+    """Make the path of a block's file absolute."""
     if block is None or block.file is None:
         return block
     return block.model_copy(update={"file": r.absolute(scope, block.file)})

@@ -52,7 +52,7 @@ class Scope:
         return [f"Zone_{k}" for k in range(1, (self.n_zones or 0) + 1)]
 
     def item(self, block: str, name: str, kind: type[B]) -> B | None:
-        """A numbered block of the given kind; None when it is absent, wrong or a copy."""
+        """Find a numbered block of a kind; None when it is absent, wrong or a copy."""
         found = self.parsed.items(block).get(name)
         return found if isinstance(found, kind) else None
 
@@ -172,7 +172,7 @@ def check_files(scope: Scope) -> None:
 
 
 def absolute(scope: Scope, file: Path) -> Path:
-    """A path of the deck, taken from the deck's folder."""
+    """Take a path of the deck from the deck's folder."""
     return (scope.problems.source.path.parent / file).absolute()
 
 
@@ -372,7 +372,7 @@ def _resolve_direction(scope: Scope, path: str, load: L) -> L:
 
 
 def resolve_initial_velocity(scope: Scope) -> InitialVelocity | None:
-    """Initial velocity with three components; body 0 in Single_Particle runs."""
+    """Complete the initial velocity: three components, body 0 in Single_Particle runs."""
     velocity = getattr(scope.parsed.value("IC"), "constant_velocity", None)
     if not isinstance(velocity, InitialVelocity):
         return None
@@ -388,6 +388,6 @@ def resolve_initial_velocity(scope: Scope) -> InitialVelocity | None:
 
 
 def vector3(values: tuple[float, ...] | None) -> tuple[float, float, float]:
-    """A vector with its missing components set to zero."""
+    """Set the missing components of a vector to zero."""
     x, y, z = (*(values or ()), 0.0, 0.0, 0.0)[:3]
     return x, y, z

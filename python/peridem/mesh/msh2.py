@@ -13,13 +13,8 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .data import RawMesh
+from .sections import KINDS, IntArray, kind_of, places
 
-IntArray = NDArray[np.int64]
-
-# Gmsh's number -> (meshio's name, nodes); of others only the number is reported
-_KINDS = {1: ("line", 2), 2: ("triangle", 3), 3: ("quad", 4), 4: ("tetra", 4)}
-_OTHERS = {5: "hexahedron", 6: "wedge", 7: "pyramid", 8: "line3", 9: "triangle6"}
-_OTHERS |= {10: "quad9", 11: "tetra10", 15: "vertex", 16: "quad8"}
 _LINE_END = -(2**60)  # stands for a line's end in the numbers of a section; exact in double
 
 
@@ -133,16 +128,15 @@ def _elements(
     _, first_seen = np.unique(kinds, return_index=True)
     for kind in kinds[np.sort(first_seen)].tolist():
         own = np.flatnonzero(kinds == kind)
-        if kind not in _KINDS:
-            name = _OTHERS.get(kind, f"Gmsh type {kind}")
+        name, n_nodes = kind_of(kind)
+        if kind not in KINDS:
             cells[name] = np.empty((len(own), 0), dtype=np.int64)
             continue
-        name, n_nodes = _KINDS[kind]
         wrong = (n_tags[own] < 0) | (end[own] - start[own] != 3 + n_tags[own] + n_nodes)
         if wrong.any():
             raise _bad_element(lines, int(own[wrong][0]), first, source)
         wanted = flat[end[own][:, None] - n_nodes + np.arange(n_nodes)]
-        cells[name] = _places(wanted, tags, own + first + 1, source)
+        cells[name] = places(wanted, tags, source, own + first + 1)
     return cells
 
 
@@ -151,26 +145,3 @@ def _bad_element(lines: list[str], at: int, first: int, source: str) -> InputErr
         f"{source}:{first + at + 1}: element line = {lines[at].strip()!r}: must hold number, type, "
         "number of tags, tags and nodes, all integers; write the mesh again"
     )
-
-
-def _places(wanted: IntArray, tags: IntArray, line_numbers: IntArray, source: str) -> IntArray:
-    """Turn node numbers of the file into positions in it."""
-    order = np.argsort(tags, kind="stable")
-    ordered = tags[order]
-    twice = np.flatnonzero(ordered[1:] == ordered[:-1])
-    if len(twice):
-        raise InputError(
-            f"{source}: node number {ordered[twice[0]]} is given twice: numbers must differ; "
-            "write the mesh again"
-        )
-    if not len(tags):
-        return wanted  # a mesh without nodes is refused later
-    at = np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)
-    missing = ordered[at] != wanted
-    if missing.any():
-        k = int(np.flatnonzero(missing.any(axis=1))[0])
-        raise InputError(
-            f"{source}:{line_numbers[k]}: node {wanted[k][missing[k]][0]} of the element does not "
-            f"exist: the file has {len(tags)} nodes; write the mesh again"
-        )
-    return np.asarray(order[at], dtype=np.int64)

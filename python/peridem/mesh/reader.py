@@ -15,6 +15,7 @@ from ..errors import InputError
 from .checks import checked_mesh
 from .data import Mesh, RawMesh
 from .msh2 import read_msh2
+from .msh4 import read_msh2_binary, read_msh41
 
 VOLUME_NAME = "Nodal_Volume"
 """Point array of a .vtu that holds nodal volumes, as in the program's own output."""
@@ -82,14 +83,17 @@ def _read_msh(file: Path, content: bytes) -> RawMesh:
             f"{file}: the file has no $MeshFormat header: it is not a Gmsh mesh; write it as "
             "MSH 2.2 or 4.1"
         )
-    if header[0].startswith(b"2") and header[1] == b"0":
+    version, binary = header[0], header[1] == b"1"
+    if version.startswith(b"2"):
+        if binary:
+            return read_msh2_binary(content, str(file))
         return read_msh2(content.decode("utf-8", errors="replace"), str(file))
-    for section in (b"$EndNodes", b"$EndElements"):
-        if section not in content:
-            raise InputError(
-                f"{file}: {section.decode()} is missing: the file is cut off; write the mesh again"
-            )
-    return _read_with_meshio(file, "gmsh")
+    if version in (b"4", b"4.1"):
+        return read_msh41(content, str(file), binary=binary)
+    raise InputError(
+        f"{file}: MSH version = {version.decode(errors='replace')}: only 2.x and 4.1 can be read; "
+        "write the mesh as MSH 2.2 or 4.1"
+    )
 
 
 def _read_vtu(file: Path, content: bytes) -> RawMesh:
@@ -97,11 +101,11 @@ def _read_vtu(file: Path, content: bytes) -> RawMesh:
         raise InputError(
             f"{file}: the file holds no UnstructuredGrid: it is not a VTU mesh; write it again"
         )
-    return _read_with_meshio(file, "vtu")
+    return _read_with_meshio(file)
 
 
-def _read_with_meshio(file: Path, file_format: str) -> RawMesh:
-    """Read through meshio, which may print, raise anything or leave through sys.exit."""
+def _read_with_meshio(file: Path) -> RawMesh:
+    """Read a .vtu through meshio, which may print, raise anything or leave through sys.exit."""
     # loaded late, as most meshes do not need it; by name, as it has no type information
     meshio = importlib.import_module("meshio")
     said = io.StringIO()
@@ -112,14 +116,12 @@ def _read_with_meshio(file: Path, file_format: str) -> RawMesh:
             warnings.catch_warnings(),
         ):
             warnings.simplefilter("ignore")
-            # numpy only warns when a text file ends before all numbers were read
-            warnings.filterwarnings("error", message=".*could not be read to its end.*")
-            found = meshio.read(file, file_format=file_format)
+            found = meshio.read(file, file_format="vtu")
     except (Exception, SystemExit) as error:
         reason = " ".join((str(error) or type(error).__name__).split())
         raise InputError(
-            f"{file}: the file cannot be read as a {file_format} mesh ({reason}): it is damaged "
-            "or cut off; write the mesh again, as MSH 2.2 if in doubt"
+            f"{file}: the file cannot be read as a VTU mesh ({reason}): it is damaged "
+            "or cut off; write it again"
         ) from None
     return _collected(file, found.points, found.cells, found.point_data.get(VOLUME_NAME))
 
