@@ -72,16 +72,8 @@ void bindParticle(py::module_& m) {
                                return view(self.cast<BondTable&>().neighbors, self,
                                            Access::read_only);
                              })
-      .def_property_readonly("length",
-                             [](const py::object& self) {
-                               return view(self.cast<BondTable&>().length, self, Access::read_only);
-                             })
-      .def_property_readonly("weight",
-                             [](const py::object& self) {
-                               return view(self.cast<BondTable&>().weight, self, Access::read_only);
-                             })
       .def_property_readonly("intact", [](const py::object& self) {
-        return view(self.cast<BondTable&>().intact, self, Access::writable);
+        return view(self.cast<BondTable&>().intact, self, Access::read_only);
       });
 }
 
@@ -108,6 +100,20 @@ py::dict contactLaw(const DEMModel& model, Index body_i, Index body_j) {
   result["damping_factor"] = law.damping_factor;
   result["kappa"] = law.kappa;
   return result;
+}
+
+void setIntact(DEMModel& model, const py::array_t<std::uint8_t, py::array::c_style>& intact) {
+  model.setIntact({intact.data(), static_cast<std::size_t>(intact.size())});
+}
+
+// Length r and weight w of every bond, shape (n_bonds, 2).
+py::array_t<Real> bondConstants(const DEMModel& model) {
+  const auto constants = model.bondConstants();
+  static_assert(sizeof(BondConstants) == 2 * sizeof(Real));
+  py::array_t<Real> array({constants.size(), std::size_t{2}});
+  if (!constants.empty())
+    std::copy_n(&constants.front().length, 2 * constants.size(), array.mutable_data());
+  return array;
 }
 
 py::array_t<Real> contactForces(DEMModel& model) {
@@ -165,13 +171,22 @@ void bindModel(py::module_& m) {
       .def("start", &DEMModel::start, Release())
       .def("advance", &advance, py::arg("n"), py::arg("seconds"), Release())
       .def(
-          "compute_forces", [](DEMModel& model) { model.computeForces(); }, Release())
+          "compute_forces",
+          [](DEMModel& model) {
+            model.computeForces();
+            model.computeDamage();
+          },
+          Release())
       .def("compute_peridynamic_forces", &DEMModel::computePeridynamicForces, Release())
       .def(
           "compute_contact_forces", [](DEMModel& model) { model.computeContactForces(); },
           Release())
       .def("contact_forces", &contactForces)
       .def("slips", &slips)
+      .def("compute_damage", &DEMModel::computeDamage, Release())
+      .def("set_intact", &setIntact, py::arg("intact"))
+      .def("bond_constants", &bondConstants)
+      .def_property_readonly("instruction_set", &DEMModel::instructionSet)
       .def("restore", &restore, py::arg("n"), py::arg("time"), py::arg("nodes"),
            py::arg("elongations"))
       .def("compute_external_forces", &DEMModel::computeExternalForces, Release())

@@ -149,11 +149,13 @@ void DEMModel::init() {
     body.bulk_modulus = zone.material.law_parameters.empty()
                             ? resolveElastic(zone.material).bulk_modulus
                             : law_modulus;
+    influences_.push_back(influence);
     body.self_contact_radius = 0.95 * body.mesh_size;
     body.self_contact_kn = 18 * law_modulus / (pi * std::pow(body.horizon, 5));
     appendBonds(bonds_, state_, body, influence, threads_);
   }
-  peridynamic_ = PeridynamicForce(state_, bonds_, particles_, deck_.dimension, deck_.compatibility);
+  peridynamic_ = PeridynamicForce(state_, bonds_, particles_, influences_, deck_.dimension,
+                                  deck_.compatibility);
   contact_ = ContactForce(deck_, particles_);
   speed_limit_ = speedLimit();
   initialized_ = true;
@@ -173,6 +175,7 @@ void DEMModel::start() {
   applyInitialVelocity(state_, particles_, initial_velocities_);
   computeExternalDisplacementBC();
   computeForces();
+  computeDamage();
   started_ = true;
 }
 
@@ -183,11 +186,14 @@ void DEMModel::run(const StepObserver& observer) {
 
 Offset DEMModel::integrate(Offset n, const StepObserver& observer) {
   start();
-  for (Offset k = 0; k < n; ++k) {
+  Offset taken = 0;
+  while (taken < n) {
     step();
-    if (observer && observer()) return k + 1;
+    ++taken;
+    if (observer && observer()) break;
   }
-  return n;
+  computeDamage();
+  return taken;
 }
 
 void DEMModel::step() {
@@ -263,6 +269,39 @@ std::vector<Vec3> DEMModel::contactForces() {
   return f;
 }
 
+void DEMModel::computeDamage() {
+  const Stopwatch watch(timings_.peridynamic);
+  peridynamic_.computeDamage(state_, particles_, threads_);
+}
+
+void DEMModel::setIntact(std::span<const std::uint8_t> intact) {
+  init();
+  if (intact.size() != bonds_.size())
+    throw InputError("intact: " + std::to_string(intact.size()) + " flags for " +
+                     std::to_string(bonds_.size()) + " bonds");
+  for (Index i = 0; i < static_cast<Index>(state_.size()); ++i)
+    for (std::size_t k = bonds_.begin(i); k < bonds_.end(i); ++k)
+      if (intact[k] != intact[bonds_.find(bonds_.neighbors[k], i)])
+        throw InputError("intact: the two directions of bond (" + std::to_string(i) + ", " +
+                         std::to_string(bonds_.neighbors[k]) + ") differ");
+  std::copy(intact.begin(), intact.end(), bonds_.intact.begin());
+  peridynamic_.importFlags(bonds_);
+}
+
+std::vector<BondConstants> DEMModel::bondConstants() const {
+  std::vector<BondConstants> constants;
+  if (!initialized_) return constants;
+  constants.reserve(bonds_.size());
+  for (const Particle& body : particles_) {
+    const Influence& influence = influences_[static_cast<std::size_t>(body.id)];
+    for (Index i = body.start; i < body.stop; ++i)
+      for (std::size_t k = bonds_.begin(i); k < bonds_.end(i); ++k)
+        constants.push_back(
+            peridem::bondConstants(state_, body, influence, i, bonds_.neighbors[k]));
+  }
+  return constants;
+}
+
 void DEMModel::restore(Offset n, Real time, const std::vector<SlipRecord>& slips) {
   init();
   lockDirections();
@@ -308,44 +347,52 @@ void DEMModel::reportRunaway() const {
 
 namespace {
 
-// Row sum of |df/du| at node i for unit displacements: every bond stretches by at most 2.
-Real stiffnessBound(const BondTable& bonds, const State& state, std::size_t i, const Lps& law,
-                    const std::vector<Real>& sum_r_w) {
-  const auto dilatation = [&](std::size_t k) {
-    const Real m = state.weighted_volume[k];
-    return std::abs(law.a(m)) * 3 / m * sum_r_w[k];
-  };
-  Real sum = 0;
-  for (auto k = static_cast<std::size_t>(bonds.offsets[i]);
-       k < static_cast<std::size_t>(bonds.offsets[i + 1]); ++k) {
-    const auto j = static_cast<std::size_t>(bonds.neighbors[k]);
-    const Real b_sum = law.b(state.weighted_volume[i]) + law.b(state.weighted_volume[j]);
-    sum += 2 * bonds.weight[k] * (b_sum + bonds.length[k] * (dilatation(i) + dilatation(j)));
+// Row sums of |df/du| for unit displacements: every bond stretches by at most 2.
+class StiffnessBound {
+ public:
+  StiffnessBound(const State& state, const BondTable& bonds,
+                 const std::vector<BondConstants>& constants)
+      : state_(state), bonds_(bonds), constants_(constants), sum_r_w_(state.size(), 0) {
+    for (Index i = 0; i < static_cast<Index>(state.size()); ++i)
+      for (std::size_t k = bonds.begin(i); k < bonds.end(i); ++k)
+        sum_r_w_[static_cast<std::size_t>(i)] += constants[k].length * constants[k].weight;
   }
-  return sum;
-}
 
-template <class BondLaw>
-Real stiffnessBound(const BondTable& bonds, const State&, std::size_t i, const BondLaw& law,
-                    const std::vector<Real>&) {
-  constexpr Real small = 1e-8;  // slope of force(s) at s = 0
-  Real sum = 0;
-  for (auto k = static_cast<std::size_t>(bonds.offsets[i]);
-       k < static_cast<std::size_t>(bonds.offsets[i + 1]); ++k) {
-    const Real r = bonds.length[k];
-    sum += 2 * bonds.weight[k] * law.force(r, small) / small / r;
+  Real at(Index i, const Lps& law) const {
+    Real sum = 0;
+    for (std::size_t k = bonds_.begin(i); k < bonds_.end(i); ++k) {
+      const auto from = static_cast<std::size_t>(i);
+      const auto to = static_cast<std::size_t>(bonds_.neighbors[k]);
+      const auto [r, w] = constants_[k];
+      const Real b_sum = law.b(state_.weighted_volume[from]) + law.b(state_.weighted_volume[to]);
+      sum += 2 * w * (b_sum + r * (dilatation(law, from) + dilatation(law, to)));
+    }
+    return sum;
   }
-  return sum;
-}
 
-std::vector<Real> sumOfLengthTimesWeight(const BondTable& bonds, std::size_t n) {
-  std::vector<Real> sum(n, 0);
-  for (std::size_t i = 0; i < n; ++i)
-    for (auto k = static_cast<std::size_t>(bonds.offsets[i]);
-         k < static_cast<std::size_t>(bonds.offsets[i + 1]); ++k)
-      sum[i] += bonds.length[k] * bonds.weight[k];
-  return sum;
-}
+  template <class BondLaw>
+  Real at(Index i, const BondLaw& law) const {
+    Real sum = 0;
+    for (std::size_t k = bonds_.begin(i); k < bonds_.end(i); ++k) {
+      const auto [r, w] = constants_[k];
+      const Real small = 1e-8 * r;  // slope of the force at e = 0
+      sum += 2 * w * law.force(r, small) / small;
+    }
+    return sum;
+  }
+
+ private:
+  // |a| 3/m sum of r w: the pull of theta for unit stretches
+  Real dilatation(const Lps& law, std::size_t i) const {
+    const Real m = state_.weighted_volume[i];
+    return std::abs(law.a(m)) * 3 / m * sum_r_w_[i];
+  }
+
+  const State& state_;
+  const BondTable& bonds_;
+  const std::vector<BondConstants>& constants_;
+  std::vector<Real> sum_r_w_;
+};
 
 }  // namespace
 
@@ -353,7 +400,8 @@ DEMModel::StableTimeStep DEMModel::stableTimeStep() const {
   if (!initialized_) throw InputError("stable time step: call init() first");
   Real bond = 0;     // omega^2
   Real contact = 0;  // of two nodes: Kn V (1/rho + 1/rho')
-  const auto sum_r_w = sumOfLengthTimesWeight(bonds_, state_.size());
+  const std::vector<BondConstants> constants = bondConstants();
+  const StiffnessBound stiffness(state_, bonds_, constants);
   for (const Particle& body : particles_) {
     if (body.constrained) continue;
     for (const Particle& other : particles_)
@@ -361,11 +409,8 @@ DEMModel::StableTimeStep DEMModel::stableTimeStep() const {
         contact = std::max(contact, contact_.law(body, other).kn *
                                         (other.volume / static_cast<Real>(other.nodes())) *
                                         (1 / body.density + 1 / other.density));
-    for (auto i = static_cast<std::size_t>(body.start); i < static_cast<std::size_t>(body.stop);
-         ++i) {
-      const Real row = std::visit(
-          [&](const auto& law) { return stiffnessBound(bonds_, state_, i, law, sum_r_w); },
-          body.law);
+    for (Index i = body.start; i < body.stop; ++i) {
+      const Real row = std::visit([&](const auto& law) { return stiffness.at(i, law); }, body.law);
       bond = std::max(bond, row / body.density);
     }
   }
@@ -376,10 +421,10 @@ DEMModel::StableTimeStep DEMModel::stableTimeStep() const {
 }
 
 std::size_t DEMModel::memoryBytes() const {
-  const std::size_t per_node = 5 * sizeof(Vec3) + 5 * sizeof(Real) + 2 * sizeof(Index) + 3 +
-                               sizeof(Offset) + 3 * sizeof(Real) + sizeof(Vec3) + sizeof(Index);
-  const std::size_t per_bond = sizeof(Index) + 2 * sizeof(Real) + 1;
-  return state_.size() * per_node + bonds_.size() * per_bond;
+  const std::size_t per_node =
+      5 * sizeof(Vec3) + 5 * sizeof(Real) + 2 * sizeof(Index) + 3 + sizeof(Offset) + sizeof(Vec3);
+  const std::size_t per_bond = sizeof(Index) + 1;
+  return state_.size() * per_node + bonds_.size() * per_bond + peridynamic_.bytes();
 }
 
 }  // namespace peridem

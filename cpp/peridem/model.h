@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <functional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "bonds.h"
@@ -71,6 +73,17 @@ class DEMModel {
   // Contact and damping forces alone, a force density per node, at the current state.
   std::vector<Vec3> contactForces();
 
+  // Damage Z of the current state into the state; it is renewed whenever integrate() returns.
+  void computeDamage();
+
+  // Sets the flag of every bond of the table; both directions of a bond must agree.
+  void setIntact(std::span<const std::uint8_t> intact);
+
+  // r and w of every bond of the table; see bondConstants().
+  std::vector<BondConstants> bondConstants() const;
+
+  const std::string& instructionSet() const { return peridynamic_.instructionSet(); }
+
   // Goes on from a saved state: the arrays are set by the caller, these are the rest.
   void restore(Offset n, Real time, const std::vector<SlipRecord>& slips);
   const Timings& timings() const { return timings_; }
@@ -107,6 +120,7 @@ class DEMModel {
   BondTable bonds_;
   PeridynamicForce peridynamic_;
   ContactForce contact_;
+  std::vector<Influence> influences_;  // of each body
   std::vector<DisplacementSet> displacement_sets_;
   std::vector<ForceSet> force_sets_;
   std::vector<InitialVelocity> initial_velocities_;

@@ -1,217 +1,190 @@
 #include "peridynamic.h"
 
+#include <omp.h>
+
 #include <algorithm>
-#include <cmath>
+
+#include "instruction_set.h"
+#include "partition.h"
 
 namespace peridem {
 
 namespace {
 
 // Work below which waking threads costs more than it saves.
-constexpr std::size_t bonds_worth_threads = 50000;
+constexpr std::size_t groups_worth_threads = 5000;
 
-// y = (X_j - X_i) + (u_j - u_i): a rigid translation leaves it unchanged to the last digit.
-template <int Dim>
-struct Bond {
-  Real xi[Dim], y[Dim];
-  Real length;  // |y|
-
-  Bond(const State& s, std::size_t i, std::size_t j) {
-    Real squared = 0;
-    for (int d = 0; d < Dim; ++d) {
-      xi[d] = s.x_ref[j][d] - s.x_ref[i][d];
-      y[d] = xi[d] + (s.u[j][d] - s.u[i][d]);
-      squared += y[d] * y[d];
-    }
-    length = std::sqrt(squared);
-  }
-};
-
-// Broken bonds resist being pushed together (Jha et al. 2021, section 3.3):
-// f_i += min(0, Kn V_j (|y| - Rc) / |y|) y, with V_j whole.
-template <int Dim>
-void addSelfContact(const Bond<Dim>& bond, const Particle& body, Real volume, Real (&f)[Dim]) {
-  const Real gap = bond.length - body.self_contact_radius;
-  if (gap >= 0) return;
-  const Real factor = body.self_contact_kn * volume * gap / bond.length;
-  for (int d = 0; d < Dim; ++d) f[d] += factor * bond.y[d];
+BlockView viewOf(BondBlock& block, const Particle& body) {
+  return {block.n_own,
+          block.n_padded,
+          block.n_all,
+          block.nodes.data(),
+          {block.z_ref[0].data(), block.z_ref[1].data(), block.z_ref[2].data()},
+          block.volume.data(),
+          block.a.data(),
+          block.b.data(),
+          block.row_begin.data(),
+          block.row_halo.data(),
+          block.tile.data(),
+          block.exists.data(),
+          block.intact.data(),
+          block.length.data(),
+          block.influence.data(),
+          static_cast<std::size_t>(body.center_node),
+          body.self_contact_radius,
+          body.self_contact_kn};
 }
 
-template <int Dim>
-void store(Vec3& f, const Real (&sum)[Dim]) {
-  for (int d = 0; d < Dim; ++d) f[d] = sum[d];
+LawView viewOf(const Law& law) {
+  LawView view;
+  view.lps = std::get_if<Lps>(&law);
+  view.pmb = std::get_if<Pmb>(&law);
+  view.rnp = std::get_if<Rnp>(&law);
+  return view;
 }
 
-struct Row {
-  std::size_t begin, end;
-  Row(const BondTable& bonds, std::size_t i)
-      : begin(static_cast<std::size_t>(bonds.offsets[i])),
-        end(static_cast<std::size_t>(bonds.offsets[i + 1])) {}
-};
-
-// Break test |s| > s0, then
-// (10) theta = 3/m sum over unbroken of r (|y| - r) J V_j   Jha et al. 2021
-// (14) Z = max over all neighbours of |s| / s0
-template <int Dim>
-void dilatationAt(std::size_t i, const Lps& law, bool active, State& state, BondTable& bonds,
-                  StateBasedFactors& factors) {
-  Real sum = 0;
-  Real largest = 0;
-  const Row row(bonds, i);
-  for (std::size_t k = row.begin; k < row.end; ++k) {
-    const Bond<Dim> bond(state, i, static_cast<std::size_t>(bonds.neighbors[k]));
-    const Real r = bonds.length[k];
-    const Real e = bond.length - r;
-    const Real s = e / r;
-    largest = std::max(largest, std::abs(s));
-    if (!active) continue;
-    if (law.breaks(s)) bonds.intact[k] = 0;
-    if (bonds.intact[k]) sum += r * e * bonds.weight[k];
-  }
-  const Real m = state.weighted_volume[i];
-  state.theta[i] = m > 0 ? law.dilatation(m, sum) : 0;
-  factors.theta_a[i] = state.theta[i] * factors.a[i];
-  state.damage_z[i] = largest / law.s0;
-}
-
-// (9) f_i = sum of J V_j [ r (theta_i a_i + theta_j a_j) + e (b_i + b_j) ] y/|y|
-template <int Dim>
-void stateBasedForceAt(std::size_t i, const Particle& body, State& state, const BondTable& bonds,
-                       const StateBasedFactors& factors) {
-  Real f[Dim] = {};
-  const Row row(bonds, i);
-  for (std::size_t k = row.begin; k < row.end; ++k) {
-    const auto j = static_cast<std::size_t>(bonds.neighbors[k]);
-    const Bond<Dim> bond(state, i, j);
-    if (!bonds.intact[k]) {
-      addSelfContact(bond, body, state.volume[j], f);
-      continue;
-    }
-    const Real r = bonds.length[k];
-    const Real t =
-        bonds.weight[k] * Lps::force(r, bond.length - r, factors.theta_a[i] + factors.theta_a[j],
-                                     factors.b[i] + factors.b[j]);
-    const Real t_by_length = t / bond.length;
-    for (int d = 0; d < Dim; ++d) f[d] += t_by_length * bond.y[d];
-  }
-  store(state.f[i], f);
-}
-
-// f_i = sum of J V_j force(r, s) e. A bond exerts no force in the evaluation that breaks it; its
-// self-contact starts in the next one.
-template <int Dim, class BondLaw>
-void bondBasedForceAt(std::size_t i, const BondLaw& law, const Particle& body, State& state,
-                      BondTable& bonds) {
-  Real f[Dim] = {};
-  Real z = 0;
-  const Row row(bonds, i);
-  for (std::size_t k = row.begin; k < row.end; ++k) {
-    const auto j = static_cast<std::size_t>(bonds.neighbors[k]);
-    const Bond<Dim> bond(state, i, j);
-    const Real r = bonds.length[k];
-    Real du_dot_xi = 0;
-    for (int d = 0; d < Dim; ++d) du_dot_xi += (state.u[j][d] - state.u[i][d]) * bond.xi[d];
-    const Real s = BondLaw::stretch(r, bond.length, du_dot_xi);
-    z = std::max(z, law.damage(r, s));
-    if (!bonds.intact[k]) {
-      addSelfContact(bond, body, state.volume[j], f);
-    } else if (law.breaks(r, s)) {
-      bonds.intact[k] = 0;
-    } else {
-      const Real t = bonds.weight[k] * law.force(r, s);
-      constexpr bool deformed = BondLaw::along_deformed_bond;
-      const Real t_by_length = t / (deformed ? bond.length : r);
-      for (int d = 0; d < Dim; ++d) f[d] += t_by_length * (deformed ? bond.y[d] : bond.xi[d]);
-    }
-  }
-  store(state.f[i], f);
-  state.damage_z[i] = z;
-}
-
-enum class Stage { dilatation, force };
-
-// One stage on one block; `active`: see the constructor. Bond-based bodies do everything in the
-// force stage.
-template <int Dim>
-void runStage(Stage stage, const NodeBlock& block, const Particle& body, bool active, State& state,
-              BondTable& bonds, StateBasedFactors& factors) {
-  std::visit(
-      [&](const auto& law) {
-        for (const Index node : block.nodes) {
-          const auto i = static_cast<std::size_t>(node);
-          if constexpr (std::decay_t<decltype(law)>::state_based) {
-            if (stage == Stage::dilatation)
-              dilatationAt<Dim>(i, law, active, state, bonds, factors);
-            else
-              stateBasedForceAt<Dim>(i, body, state, bonds, factors);
-          } else if (stage == Stage::force) {
-            bondBasedForceAt<Dim>(i, law, body, state, bonds);
-          }
-        }
-      },
-      body.law);
+void clearFlag(void* table, Index i, Index j, bool both) {
+  auto& bonds = *static_cast<BondTable*>(table);
+  bonds.intact[bonds.find(i, j)] = 0;
+  if (both) bonds.intact[bonds.find(j, i)] = 0;
 }
 
 }  // namespace
 
+// Space of one thread for the largest block, allocated once.
+class PeridynamicForce::Scratch {
+ public:
+  Scratch(std::size_t places, std::size_t groups) : space_(10 * places + 4 * lanes * groups) {
+    double* next = space_.data();
+    const auto take = [&](std::size_t n) {
+      double* begin = next;
+      next += n;
+      return begin;
+    };
+    for (int d = 0; d < 3; ++d) {
+      view_.z[d] = take(places);
+      view_.row[d] = take(places);
+      view_.column[d] = take(places);
+      view_.e[d] = take(lanes * groups);
+    }
+    view_.theta_a = take(places);
+    view_.elongation = take(lanes * groups);
+  }
+  const KernelScratch& view() const { return view_; }
+
+ private:
+  AlignedArray space_;
+  KernelScratch view_{};
+};
+
+PeridynamicForce::PeridynamicForce() = default;
+PeridynamicForce::~PeridynamicForce() = default;
+PeridynamicForce::PeridynamicForce(PeridynamicForce&&) noexcept = default;
+PeridynamicForce& PeridynamicForce::operator=(PeridynamicForce&&) noexcept = default;
+
 PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
-                                   const std::vector<Particle>& bodies, int dimension,
-                                   Compatibility mode, Index block_nodes)
-    : dimension_(dimension), factors_(state.size()) {
+                                   const std::vector<Particle>& bodies,
+                                   const std::vector<Influence>& influences, int dimension,
+                                   Compatibility mode, const BlockSizes& sizes)
+    : dimension_(dimension),
+      instruction_set_(peridem::instructionSet()),
+      run_(kernelFor(instruction_set_)) {
   // In the original the material of body 0 decides whether dilatation and the break test of
   // state-based bonds run at all, for all bodies.
   if (mode == Compatibility::original)
     state_based_stage_ = std::holds_alternative<Lps>(bodies.front().law);
-  for (NodeBlock& block : makeBlocks(bonds, bodies, block_nodes)) {
-    const auto& body = bodies[static_cast<std::size_t>(block.body)];
-    const bool is_whole = static_cast<Index>(block.nodes.size()) == body.nodes();
-    (is_whole ? whole_ : pieces_).push_back(std::move(block));
+  for (const Particle& body : bodies) {
+    if (body.constrained) continue;  // no internal forces
+    const Index parts =
+        body.nodes() <= sizes.whole ? 1 : (body.nodes() + sizes.piece - 1) / sizes.piece;
+    auto blocks = makeBondBlocks(state, bonds, body, influences[static_cast<std::size_t>(body.id)],
+                                 partitionBody(state, bonds, body, parts), parts);
+    for (BondBlock& block : blocks) {
+      run_(Stage::lengths, dimension_, {}, viewOf(block, body), {}, {}, {});
+      most_places_ = std::max(most_places_, block.n_all);
+      if (block.whole_body) most_groups_ = std::max(most_groups_, block.groups());
+      n_groups_ += block.groups();
+      (block.whole_body ? whole_ : pieces_).push_back(std::move(block));
+    }
   }
   // Largest first, so that no thread ends with a long one.
-  std::stable_sort(whole_.begin(), whole_.end(), [](const NodeBlock& p, const NodeBlock& q) {
-    return p.nodes.size() > q.nodes.size();
-  });
-  for (const Particle& body : bodies) {
-    const auto* law = std::get_if<Lps>(&body.law);
-    if (law == nullptr) continue;
-    for (auto i = static_cast<std::size_t>(body.start); i < static_cast<std::size_t>(body.stop);
-         ++i) {
-      const Real m = state.weighted_volume[i];
-      if (!(m > 0)) continue;  // a node without neighbours
-      factors_.a[i] = law->a(m);
-      factors_.b[i] = law->b(m);
-    }
-  }
-  parallel_ = bonds.size() > bonds_worth_threads;
+  std::stable_sort(whole_.begin(), whole_.end(),
+                   [](const BondBlock& p, const BondBlock& q) { return p.groups() > q.groups(); });
 }
 
-template <int Dim>
-void PeridynamicForce::computeInDimension(State& state, BondTable& bonds,
-                                          const std::vector<Particle>& bodies, int threads) {
-  const auto run = [&](Stage stage, const NodeBlock& block) {
-    runStage<Dim>(stage, block, bodies[static_cast<std::size_t>(block.body)], state_based_stage_,
-                  state, bonds, factors_);
-  };
-#pragma omp parallel num_threads(threads) if (parallel_)
-  {
-#pragma omp for schedule(dynamic, 1) nowait
-    for (std::size_t k = 0; k < whole_.size(); ++k) {
-      run(Stage::dilatation, whole_[k]);
-      run(Stage::force, whole_[k]);
-    }
-#pragma omp for schedule(dynamic, 1)
-    for (std::size_t k = 0; k < pieces_.size(); ++k) run(Stage::dilatation, pieces_[k]);
-#pragma omp for schedule(dynamic, 1)
-    for (std::size_t k = 0; k < pieces_.size(); ++k) run(Stage::force, pieces_[k]);
-  }
+void PeridynamicForce::prepareScratch(int threads) {
+  while (scratch_.size() < static_cast<std::size_t>(threads))
+    scratch_.push_back(std::make_unique<Scratch>(most_places_, most_groups_));
+}
+
+void PeridynamicForce::runStage(Stage stage, BondBlock& block, State& state, BondTable* bonds,
+                                const std::vector<Particle>& bodies, Scratch& scratch) const {
+  const Particle& body = bodies[static_cast<std::size_t>(block.body)];
+  LawView law = viewOf(body.law);
+  law.state_based_stage = state_based_stage_;
+  const NodeArrays nodes{state.u.front().data(), state.weighted_volume.data(),
+                         state.f.front().data(), state.theta.data(), state.damage_z.data()};
+  run_(stage, dimension_, law, viewOf(block, body), nodes, scratch.view(), {clearFlag, bonds});
 }
 
 void PeridynamicForce::compute(State& state, BondTable& bonds, const std::vector<Particle>& bodies,
                                int threads) {
-  if (dimension_ == 3)
-    computeInDimension<3>(state, bonds, bodies, threads);
-  else
-    computeInDimension<2>(state, bonds, bodies, threads);
+  prepareScratch(threads);
+  const auto n_whole = static_cast<std::ptrdiff_t>(whole_.size());
+  const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
+  const auto run = [&](Stage stage, std::vector<BondBlock>& blocks, std::ptrdiff_t k,
+                       Scratch& scratch) {
+    runStage(stage, blocks[static_cast<std::size_t>(k)], state, &bonds, bodies, scratch);
+  };
+#pragma omp parallel num_threads(threads) if (n_groups_ > groups_worth_threads)
+  {
+    Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
+#pragma omp for schedule(dynamic, 1) nowait
+    for (std::ptrdiff_t k = 0; k < n_whole; ++k) run(Stage::whole, whole_, k, scratch);
+#pragma omp for schedule(dynamic, 1)
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k) run(Stage::dilatation, pieces_, k, scratch);
+#pragma omp for schedule(dynamic, 1)
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k) run(Stage::force, pieces_, k, scratch);
+  }
+}
+
+void PeridynamicForce::computeDamage(State& state, const std::vector<Particle>& bodies,
+                                     int threads) {
+  prepareScratch(threads);
+  const auto n = static_cast<std::ptrdiff_t>(whole_.size() + pieces_.size());
+#pragma omp parallel num_threads(threads) if (n_groups_ > groups_worth_threads)
+  {
+    Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
+#pragma omp for schedule(dynamic, 1)
+    for (std::ptrdiff_t k = 0; k < n; ++k) {
+      const auto index = static_cast<std::size_t>(k);
+      BondBlock& block = index < whole_.size() ? whole_[index] : pieces_[index - whole_.size()];
+      runStage(Stage::damage, block, state, nullptr, bodies, scratch);
+    }
+  }
+}
+
+void PeridynamicForce::importFlags(const BondTable& bonds) {
+  for (auto* blocks : {&whole_, &pieces_})
+    for (BondBlock& block : *blocks)
+      for (std::size_t i = 0; i < block.n_own; ++i)
+        for (auto g = static_cast<std::size_t>(block.row_begin[i]);
+             g < static_cast<std::size_t>(block.row_begin[i + 1]); ++g) {
+          unsigned bits = 0;
+          for (unsigned lane = 0; lane < lanes; ++lane) {
+            if (!((block.exists[g] >> lane) & 1)) continue;
+            const Index j = block.nodes[static_cast<std::size_t>(block.tile[g]) + lane];
+            if (bonds.intact[bonds.find(block.nodes[i], j)]) bits |= 1u << lane;
+          }
+          block.intact[g] = static_cast<LaneBits>(bits);
+        }
+}
+
+std::size_t PeridynamicForce::bytes() const {
+  std::size_t sum = 0;
+  for (const auto* blocks : {&whole_, &pieces_})
+    for (const BondBlock& block : *blocks) sum += block.bytes();
+  return sum;
 }
 
 }  // namespace peridem

@@ -1,46 +1,65 @@
 // Peridynamic forces inside the bodies: break test, dilatation, bond forces, damage.
 #pragma once
 
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "bond_block.h"
 #include "bonds.h"
 #include "particle.h"
-#include "partition.h"
+#include "peridynamic_kernel.h"
 #include "state.h"
 
 namespace peridem {
 
-// Per-node factors of the state-based force, from the weighted volume.
-struct StateBasedFactors {
-  std::vector<Real> a;        // 3K/m - 15G/(3m)
-  std::vector<Real> b;        // 15G/m
-  std::vector<Real> theta_a;  // theta a, renewed with theta
-
-  explicit StateBasedFactors(std::size_t n = 0) : a(n, 0), b(n, 0), theta_a(n, 0) {}
+// Nodes per block of a body that is cut into pieces, and the largest body that is not.
+struct BlockSizes {
+  Index piece = 512;
+  Index whole = 1500;
 };
 
 class PeridynamicForce {
  public:
-  PeridynamicForce() = default;
-  // Blocks of about `block_nodes` nodes; see makeBlocks().
+  PeridynamicForce();
+  ~PeridynamicForce();
+  PeridynamicForce(PeridynamicForce&&) noexcept;
+  PeridynamicForce& operator=(PeridynamicForce&&) noexcept;
+  // `influences[body]`: influence function of each body.
   PeridynamicForce(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
-                   int dimension, Compatibility mode, Index block_nodes = 4096);
+                   const std::vector<Influence>& influences, int dimension, Compatibility mode,
+                   const BlockSizes& sizes = {});
 
-  // First stage: break test of state-based bonds, dilatation theta, damage Z. Second stage: sets
-  // f to the internal force density. Bodies of one block go through both at once.
+  // Break test of state-based bonds, dilatation theta, then f = internal force density of the
+  // moving bodies. Flags of bonds that break are cleared in the table.
   void compute(State& state, BondTable& bonds, const std::vector<Particle>& bodies, int threads);
 
+  // Damage Z at the current state. It does not act back on the forces, so that it is enough to
+  // compute it when someone looks.
+  void computeDamage(State& state, const std::vector<Particle>& bodies, int threads);
+
+  // Takes over the flags of the table, after they have been set from outside.
+  void importFlags(const BondTable& bonds);
+
+  std::size_t bytes() const;
+  const std::string& instructionSet() const { return instruction_set_; }
+
  private:
-  template <int Dim>
-  void computeInDimension(State& state, BondTable& bonds, const std::vector<Particle>& bodies,
-                          int threads);
+  class Scratch;
+  void prepareScratch(int threads);
+  void runStage(Stage stage, BondBlock& block, State& state, BondTable* bonds,
+                const std::vector<Particle>& bodies, Scratch& scratch) const;
 
   int dimension_ = 2;
-  std::vector<NodeBlock> whole_;   // blocks that are whole bodies
-  std::vector<NodeBlock> pieces_;  // blocks of partitioned bodies
-  StateBasedFactors factors_;
-  bool parallel_ = false;
-  bool state_based_stage_ = true;  // see the constructor
+  std::string instruction_set_;
+  RunBlock run_ = nullptr;
+  std::vector<BondBlock> whole_;   // blocks that are whole bodies, largest first
+  std::vector<BondBlock> pieces_;  // blocks of partitioned bodies
+  std::size_t most_places_ = 0;
+  std::size_t most_groups_ = 0;  // among whole bodies
+  std::size_t n_groups_ = 0;
+  std::vector<std::unique_ptr<Scratch>> scratch_;  // one per thread
+  bool state_based_stage_ = true;                  // see the constructor
 };
 
 }  // namespace peridem

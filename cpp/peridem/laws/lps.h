@@ -1,34 +1,45 @@
-// PDState: ordinary state-based linear peridynamic solid (Jha et al. 2021, eqs. 9 to 11).
+// PDState: ordinary state-based linear peridynamic solid (Jha et al. 2021, eqs. 9 to 11, 14).
+// T is a number or eight lanes of them; e = |y| - r is the elongation of a bond of length r.
 #pragma once
 
-#include <cmath>
-
 #include "../fuzzy.h"
+#include "../lanes.h"
 
 namespace peridem {
 
 struct Lps {
   static constexpr bool state_based = true;
+  static constexpr bool along_deformed_bond = true;
   Real bulk_modulus;   // K [Pa]
   Real shear_modulus;  // G [Pa]
   Real s0;             // critical stretch
   Real break_limit;    // |s| above which a bond breaks; see breakLimit()
   bool tension_only;
 
-  // theta = 3/m sum of r e J V     (10), e = |y| - r
-  Real dilatation(Real m, Real sum_r_e_w) const { return 3 / m * sum_r_e_w; }
+  // (10) theta = 3/m sum of r e J V
+  Real dilatation(Real m, Real sum_r_e_w) const { return m > 0 ? 3 / m * sum_r_e_w : 0; }
 
   // Factors of (9) at a node: a = 3K/m - 15G/(3m) multiplies theta r, b = 15G/m multiplies e.
-  Real a(Real m) const { return 3 * bulk_modulus / m - b(m) / 3; }
   Real b(Real m) const { return 15 * shear_modulus / m; }
+  Real a(Real m) const { return 3 * bulk_modulus / m - b(m) / 3; }
 
   // (9) T + T' = J(r/eps) [ r (theta a + theta' a') + e (b + b') ], along the deformed bond
-  static Real force(Real r, Real e, Real theta_a_sum, Real b_sum) {
+  template <class T>
+  PERIDEM_INLINE static T force(T r, T e, T theta_a_sum, T b_sum) {
     return r * theta_a_sum + e * b_sum;
   }
 
-  bool breaks(Real s) const { return (tension_only ? s : std::abs(s)) > break_limit; }
-  Real criticalStretch(Real /*r*/) const { return s0; }
+  // Positive where the bond breaks: |s| r - s_limit r
+  template <class T>
+  PERIDEM_INLINE T excess(T r, T e) const {
+    return (tension_only ? e : magnitude(e)) - break_limit * r;
+  }
+
+  // (14) |s| / s0
+  template <class T>
+  PERIDEM_INLINE T damage(T r, T e) const {
+    return magnitude(e) / (s0 * r);
+  }
 };
 
 // The test of the original, |s| > s0 + 1e-10 in its fuzzy comparison, solved for |s|:

@@ -1,31 +1,34 @@
 // PMBBond and PDElasticBond: prototype microelastic bonds; the latter never break.
 #pragma once
 
-#include <cmath>
-
-#include "lps.h"
+#include "../lanes.h"
+#include "../types.h"
 
 namespace peridem {
 
 struct Pmb {
   static constexpr bool state_based = false;
+  static constexpr bool along_deformed_bond = true;
   Real c;            // micromodulus
-  Real s0;           // critical stretch
+  Real s0;           // critical stretch; 0: the law has no fracture, Z = 0
   Real break_limit;  // infinity: the bond never breaks (PDElasticBond)
   bool tension_only;
 
-  // s = (|y| - r) / r; the force acts along the deformed bond
-  static Real stretch(Real r, Real deformed_length, Real /*du_dot_xi*/) {
-    return (deformed_length - r) / r;
+  // f = J c s, s = e / r, e = |y| - r
+  template <class T>
+  PERIDEM_INLINE T force(T r, T e) const {
+    return c * e / r;
   }
-  static constexpr bool along_deformed_bond = true;
 
-  // f = J c s, times V
-  Real force(Real /*r*/, Real s) const { return c * s; }
+  template <class T>
+  PERIDEM_INLINE T excess(T r, T e) const {
+    return (tension_only ? e : magnitude(e)) - break_limit * r;
+  }
 
-  bool breaks(Real /*r*/, Real s) const { return (tension_only ? s : std::abs(s)) > break_limit; }
-  // |s| / s0 of the damage Z; a law without fracture has Z = 0
-  Real damage(Real /*r*/, Real s) const { return s0 > 0 ? std::abs(s) / s0 : 0; }
+  template <class T>
+  PERIDEM_INLINE T damage(T r, T e) const {
+    return s0 > 0 ? magnitude(e) / (s0 * r) : T{};
+  }
 };
 
 }  // namespace peridem

@@ -1,0 +1,358 @@
+// Force loops over the bond groups of a block; see bond_block.h. Compiled once per instruction set
+// into the namespace PERIDEM_ISA.
+#include "simd.h"
+// after the lanes, which the templates of the laws must know
+#include "peridynamic_kernel.h"
+
+namespace peridem::PERIDEM_ISA {
+
+namespace {
+
+// z = (X - X_c) + (u - u_c): positions relative to the centre node of the body, so that a rigid
+// translation leaves them unchanged to the last digit.
+template <int Dim>
+PERIDEM_INLINE void placeNodes(const BlockView& block, const NodeArrays& nodes,
+                               const KernelScratch& work) {
+  for (std::size_t k = 0; k < block.n_all; ++k) {
+    const Index node = block.nodes[k];
+    for (int d = 0; d < Dim; ++d) {
+      const double u = node < 0 ? 0
+                                : nodes.u[3 * static_cast<std::size_t>(node) + d] -
+                                      nodes.u[3 * block.center + d];
+      work.z[d][k] = block.z_ref[d][k] + u;
+    }
+  }
+}
+
+PERIDEM_INLINE void clear(double* values, std::size_t n) {
+  for (std::size_t k = 0; k < n; ++k) values[k] = 0;
+}
+
+// y = z_j - z_i of the eight bonds of a group.
+template <int Dim>
+struct Group {
+  std::size_t tile;
+  std::size_t slot;  // of the first lane in the arrays over lanes
+  Lanes y[Dim];
+  Lanes inverse_length;  // 1/|y|; 0 in lanes without bond
+  Lanes deformed_length;
+
+  PERIDEM_INLINE Group(const BlockView& block, const double* const z[3], std::size_t i,
+                       std::size_t g)
+      : tile(static_cast<std::size_t>(block.tile[g])), slot(g * lanes) {
+    Lanes squared = {};
+    for (int d = 0; d < Dim; ++d) {
+      y[d] = load(z[d] + tile) - z[d][i];
+      squared += y[d] * y[d];
+    }
+    inverse_length = keep(block.exists[g], inverseSquareRoot(squared));
+    deformed_length = squared * inverse_length;
+  }
+};
+
+// Elongation e and direction of the force of a group's bonds, as the law wants them.
+template <int Dim, class Law>
+struct Stretch {
+  Lanes e;
+  Lanes direction[Dim];
+
+  PERIDEM_INLINE Stretch(const BlockView& block, const Group<Dim>& group, std::size_t i, Lanes r) {
+    if constexpr (Law::along_deformed_bond) {
+      e = group.deformed_length - r;
+      for (int d = 0; d < Dim; ++d) direction[d] = group.y[d] * group.inverse_length;
+    } else {
+      e = Lanes{};
+      for (int d = 0; d < Dim; ++d) {
+        const Lanes xi = load(block.z_ref[d] + group.tile) - block.z_ref[d][i];
+        e += (group.y[d] - xi) * xi;
+        direction[d] = xi / r;
+      }
+      e /= r;
+    }
+  }
+};
+
+[[gnu::noinline]] void reportBroken(const BlockView& block, const BreakListener& listener,
+                                    std::size_t i, std::size_t tile, LaneBits broken) {
+  for (std::size_t lane = 0; lane < lanes; ++lane)
+    if ((broken >> lane) & 1)
+      listener.broken(listener.context, block.nodes[i], block.nodes[tile + lane],
+                      tile < block.n_padded);
+}
+
+// Break test; returns the bits that were intact before and are not any more.
+template <class Law>
+PERIDEM_INLINE LaneBits breakBonds(const Law& law, const BlockView& block,
+                                   const BreakListener& listener, std::size_t i, std::size_t g,
+                                   Lanes r, Lanes e) {
+  const auto broken =
+      static_cast<LaneBits>(greaterBits(law.excess(r, e), Lanes{}) & block.intact[g]);
+  if (broken) [[unlikely]] {
+    block.intact[g] = static_cast<LaneBits>(block.intact[g] & ~broken);
+    reportBroken(block, listener, i, static_cast<std::size_t>(block.tile[g]), broken);
+  }
+  return broken;
+}
+
+// Calls visit(i, g, in_block) for every group, row by row, and finish(i) after a row.
+template <class Visit, class Finish>
+PERIDEM_INLINE void forEachRow(const BlockView& block, Visit visit, Finish finish) {
+  for (std::size_t i = 0; i < block.n_own; ++i) {
+    const auto halo = static_cast<std::size_t>(block.row_halo[i]);
+    const auto end = static_cast<std::size_t>(block.row_begin[i + 1]);
+    auto g = static_cast<std::size_t>(block.row_begin[i]);
+    for (; g < halo; ++g) visit(i, g, true);
+    for (; g < end; ++g) visit(i, g, false);
+    finish(i);
+  }
+}
+
+// Adds t V_j e to the row sum and -t V_i e to the column sums of a group.
+template <int Dim>
+PERIDEM_INLINE void addPairForce(const BlockView& block, const KernelScratch& work, std::size_t i,
+                                 std::size_t tile, bool in_block, Lanes t,
+                                 const Lanes (&direction)[Dim], Lanes (&sum)[Dim]) {
+  const Lanes on_i = t * load(block.volume + tile);
+  const Lanes on_j = t * block.volume[i];
+  for (int d = 0; d < Dim; ++d) {
+    sum[d] += on_i * direction[d];
+    if (in_block) {
+      double* column = work.column[d] + tile;
+      store(column, load(column) - on_j * direction[d]);
+    }
+  }
+}
+
+// Broken bonds resist being pushed together (Jha et al. 2021, section 3.3):
+// f_i += min(0, Kn V_j (|y| - Rc)) y/|y|, with V_j whole. Returns t for addPairForce.
+PERIDEM_INLINE Lanes selfContact(const BlockView& block, Lanes deformed_length, LaneBits broken) {
+  const Lanes gap = deformed_length - block.self_contact_radius;
+  const LaneBits close = static_cast<LaneBits>(greaterBits(Lanes{}, gap) & broken);
+  return keep(close, block.self_contact_kn * gap);
+}
+
+template <int Dim>
+PERIDEM_INLINE void storeForces(const BlockView& block, const NodeArrays& nodes,
+                                const KernelScratch& work) {
+  for (std::size_t k = 0; k < block.n_own; ++k)
+    for (int d = 0; d < Dim; ++d)
+      nodes.f[3 * static_cast<std::size_t>(block.nodes[k]) + d] =
+          work.row[d][k] + work.column[d][k];
+}
+
+// Break test |s| > s0, then (10) theta_i = 3/m_i sum over unbroken of r e J V_j  Jha et al. 2021.
+// With `keep_stretch` unit vectors and elongations stay in the scratch for the force pass.
+template <int Dim, bool keep_stretch>
+void dilatationPass(const Lps& law, const BlockView& block, const NodeArrays& nodes,
+                    const KernelScratch& work, const BreakListener& listener) {
+  clear(work.column[0], block.n_padded);
+  Lanes sum = {};
+  forEachRow(
+      block,
+      [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
+        const Group<Dim> group(block, work.z, i, g);
+        const Lanes r = load(block.length + group.slot);
+        const Stretch<Dim, Lps> stretch(block, group, i, r);
+        breakBonds(law, block, listener, i, g, r, stretch.e);
+        const Lanes J = keep(block.intact[g], load(block.influence + group.slot));
+        const Lanes r_e_J = r * stretch.e * J;
+        sum += r_e_J * load(block.volume + group.tile);
+        if (in_block) {
+          double* column = work.column[0] + group.tile;
+          store(column, load(column) + r_e_J * block.volume[i]);
+        }
+        if constexpr (keep_stretch) {
+          store(work.elongation + group.slot, stretch.e);
+          for (int d = 0; d < Dim; ++d) store(work.e[d] + group.slot, stretch.direction[d]);
+        }
+      },
+      [&](std::size_t i) PERIDEM_LAMBDA {
+        work.row[0][i] = sumOfLanes(sum);
+        sum = Lanes{};
+      });
+  for (std::size_t k = 0; k < block.n_own; ++k) {
+    const auto node = static_cast<std::size_t>(block.nodes[k]);
+    nodes.theta[node] =
+        law.dilatation(nodes.weighted_volume[node], work.row[0][k] + work.column[0][k]);
+  }
+}
+
+// (9) f_i = sum of J V_j [ r (theta_i a_i + theta_j a_j) + e (b_i + b_j) ] y/|y|  Jha et al. 2021
+template <int Dim, bool stretch_kept>
+void stateBasedForcePass(const BlockView& block, const NodeArrays& nodes,
+                         const KernelScratch& work) {
+  for (std::size_t k = 0; k < block.n_all; ++k)
+    work.theta_a[k] =
+        block.nodes[k] < 0 ? 0 : nodes.theta[static_cast<std::size_t>(block.nodes[k])] * block.a[k];
+  for (int d = 0; d < Dim; ++d) clear(work.column[d], block.n_padded);
+  Lanes sum[Dim] = {};
+  forEachRow(
+      block,
+      [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
+        const auto tile = static_cast<std::size_t>(block.tile[g]);
+        const std::size_t slot = g * lanes;
+        const Lanes r = load(block.length + slot);
+        Lanes e;
+        Lanes direction[Dim];
+        if constexpr (stretch_kept) {
+          e = load(work.elongation + slot);
+          for (int d = 0; d < Dim; ++d) direction[d] = load(work.e[d] + slot);
+        } else {
+          const Group<Dim> group(block, work.z, i, g);
+          const Stretch<Dim, Lps> stretch(block, group, i, r);
+          e = stretch.e;
+          for (int d = 0; d < Dim; ++d) direction[d] = stretch.direction[d];
+        }
+        const Lanes J = keep(block.intact[g], load(block.influence + slot));
+        const Lanes theta_a = load(work.theta_a + tile) + work.theta_a[i];
+        const Lanes b = load(block.b + tile) + block.b[i];
+        Lanes t = J * Lps::force(r, e, theta_a, b);
+        if (const auto broken = static_cast<LaneBits>(block.exists[g] & ~block.intact[g]); broken)
+          t += selfContact(block, e + r, broken);
+        addPairForce<Dim>(block, work, i, tile, in_block, t, direction, sum);
+      },
+      [&](std::size_t i) PERIDEM_LAMBDA {
+        for (int d = 0; d < Dim; ++d) {
+          work.row[d][i] = sumOfLanes(sum[d]);
+          sum[d] = Lanes{};
+        }
+      });
+  storeForces<Dim>(block, nodes, work);
+}
+
+// f_i = sum of J V_j force(r, e) along the bond. A bond exerts no force in the evaluation that
+// breaks it; its self-contact starts in the next one.
+template <int Dim, class Law>
+void bondBasedForcePass(const Law& law, const BlockView& block, const NodeArrays& nodes,
+                        const KernelScratch& work, const BreakListener& listener) {
+  for (int d = 0; d < Dim; ++d) clear(work.column[d], block.n_padded);
+  Lanes sum[Dim] = {};
+  forEachRow(
+      block,
+      [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
+        const Group<Dim> group(block, work.z, i, g);
+        const Lanes r = load(block.length + group.slot);
+        const Stretch<Dim, Law> stretch(block, group, i, r);
+        const auto broken_before = static_cast<LaneBits>(block.exists[g] & ~block.intact[g]);
+        breakBonds(law, block, listener, i, g, r, stretch.e);
+        const Lanes J = keep(block.intact[g], load(block.influence + group.slot));
+        addPairForce<Dim>(block, work, i, group.tile, in_block, J * law.force(r, stretch.e),
+                          stretch.direction, sum);
+        if (broken_before) {
+          const Lanes t = selfContact(block, group.deformed_length, broken_before);
+          Lanes direction[Dim];
+          for (int d = 0; d < Dim; ++d) direction[d] = group.y[d] * group.inverse_length;
+          addPairForce<Dim>(block, work, i, group.tile, in_block, t, direction, sum);
+        }
+      },
+      [&](std::size_t i) PERIDEM_LAMBDA {
+        for (int d = 0; d < Dim; ++d) {
+          work.row[d][i] = sumOfLanes(sum[d]);
+          sum[d] = Lanes{};
+        }
+      });
+  storeForces<Dim>(block, nodes, work);
+}
+
+// (14) Z_i = max over all neighbours, broken ones included, of |s| / s0     Jha et al. 2021
+template <int Dim, class Law>
+void damagePass(const Law& law, const BlockView& block, const NodeArrays& nodes,
+                const KernelScratch& work) {
+  clear(work.column[0], block.n_padded);
+  Lanes largest = {};
+  forEachRow(
+      block,
+      [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
+        const Group<Dim> group(block, work.z, i, g);
+        const Lanes r = load(block.length + group.slot);
+        const Stretch<Dim, Law> stretch(block, group, i, r);
+        const Lanes z = keep(block.exists[g], law.damage(r, stretch.e));
+        largest = larger(largest, z);
+        if (in_block) {
+          double* column = work.column[0] + group.tile;
+          store(column, larger(load(column), z));
+        }
+      },
+      [&](std::size_t i) PERIDEM_LAMBDA {
+        work.row[0][i] = largestLane(largest);
+        largest = Lanes{};
+      });
+  for (std::size_t k = 0; k < block.n_own; ++k)
+    nodes.damage_z[static_cast<std::size_t>(block.nodes[k])] =
+        larger(work.row[0][k], work.column[0][k]);
+}
+
+// Reference lengths as the force loops compute them: an undeformed bond has elongation 0 exactly.
+template <int Dim>
+void lengthsPass(const BlockView& block) {
+  forEachRow(
+      block,
+      [&](std::size_t i, std::size_t g, bool) PERIDEM_LAMBDA {
+        const Group<Dim> group(block, block.z_ref, i, g);
+        const auto without_bond = static_cast<LaneBits>(~block.exists[g]);
+        store(block.length + group.slot,
+              group.deformed_length + keep(without_bond, broadcast(1.0)));
+      },
+      [](std::size_t) {});
+}
+
+template <int Dim>
+void runStateBased(Stage stage, const Lps& law, bool active, const BlockView& block,
+                   const NodeArrays& nodes, const KernelScratch& work,
+                   const BreakListener& listener) {
+  switch (stage) {
+    case Stage::dilatation:
+      if (active) dilatationPass<Dim, false>(law, block, nodes, work, listener);
+      break;
+    case Stage::force:
+      stateBasedForcePass<Dim, false>(block, nodes, work);
+      break;
+    case Stage::whole:
+      if (active) {
+        dilatationPass<Dim, true>(law, block, nodes, work, listener);
+        stateBasedForcePass<Dim, true>(block, nodes, work);
+      } else {
+        stateBasedForcePass<Dim, false>(block, nodes, work);
+      }
+      break;
+    case Stage::damage:
+      damagePass<Dim>(law, block, nodes, work);
+      break;
+    case Stage::lengths:
+      break;
+  }
+}
+
+template <int Dim, class Law>
+void runBondBased(Stage stage, const Law& law, const BlockView& block, const NodeArrays& nodes,
+                  const KernelScratch& work, const BreakListener& listener) {
+  if (stage == Stage::force || stage == Stage::whole)
+    bondBasedForcePass<Dim>(law, block, nodes, work, listener);
+  else if (stage == Stage::damage)
+    damagePass<Dim>(law, block, nodes, work);
+}
+
+template <int Dim>
+void run(Stage stage, const LawView& law, const BlockView& block, const NodeArrays& nodes,
+         const KernelScratch& work, const BreakListener& listener) {
+  if (stage == Stage::lengths) return lengthsPass<Dim>(block);
+  placeNodes<Dim>(block, nodes, work);
+  if (law.lps != nullptr)
+    runStateBased<Dim>(stage, *law.lps, law.state_based_stage, block, nodes, work, listener);
+  else if (law.pmb != nullptr)
+    runBondBased<Dim>(stage, *law.pmb, block, nodes, work, listener);
+  else
+    runBondBased<Dim>(stage, *law.rnp, block, nodes, work, listener);
+}
+
+}  // namespace
+
+void runBlock(Stage stage, int dimension, const LawView& law, const BlockView& block,
+              const NodeArrays& nodes, const KernelScratch& work, const BreakListener& listener) {
+  if (dimension == 3)
+    run<3>(stage, law, block, nodes, work, listener);
+  else
+    run<2>(stage, law, block, nodes, work, listener);
+}
+
+}  // namespace peridem::PERIDEM_ISA
