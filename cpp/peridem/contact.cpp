@@ -174,7 +174,7 @@ void ContactForce::addNodeForces(const State& state, const std::vector<Particle>
       const Vec3 dx = state.x[j] - state.x[i];
       const Real distance = dx.norm();
       if (!fuzzyLess(distance, law.radius)) {
-        if (any_history_) slips_[k].setZero();
+        if (any_history_ && slip_time > 0) slips_[k].setZero();
         continue;
       }
       const Vec3 e_n = dx / distance;
@@ -185,7 +185,9 @@ void ContactForce::addNodeForces(const State& state, const std::vector<Particle>
       const Real approach = w.dot(e_n);
       const Vec3 slip = w - approach * e_n;
       if (law.friction_history) {
-        sum += springFriction(law, e_n, slip, normal, state.volume[j], slip_time, slips_[k]);
+        Vec3 elongation = slips_[k];
+        sum += springFriction(law, e_n, slip, normal, state.volume[j], slip_time, elongation);
+        if (slip_time > 0) slips_[k] = elongation;  // else a look at the forces, not a step
       } else if (const Real speed = slip.norm(); speed > 0) {
         sum += (law.friction * normal / speed) * slip;
       }

@@ -40,7 +40,7 @@ struct Group {
   PERIDEM_INLINE Group(const BlockView& block, const double* const z[3], std::size_t i,
                        std::size_t g)
       : tile(static_cast<std::size_t>(block.tile[g])), slot(g * lanes) {
-    Lanes squared = {};
+    Lanes squared;
     for (int d = 0; d < Dim; ++d) {
       y[d] = load(z[d] + tile) - z[d][i];
       squared += y[d] * y[d];
@@ -61,13 +61,13 @@ struct Stretch {
       e = group.deformed_length - r;
       for (int d = 0; d < Dim; ++d) direction[d] = group.y[d] * group.inverse_length;
     } else {
-      e = Lanes{};
+      e = Lanes();
       for (int d = 0; d < Dim; ++d) {
         const Lanes xi = load(block.z_ref[d] + group.tile) - block.z_ref[d][i];
         e += (group.y[d] - xi) * xi;
         direction[d] = xi / r;
       }
-      e /= r;
+      e = e / r;
     }
   }
 };
@@ -146,7 +146,7 @@ template <int Dim, bool keep_stretch>
 void dilatationPass(const Lps& law, const BlockView& block, const NodeArrays& nodes,
                     const KernelScratch& work, const BreakListener& listener) {
   clear(work.column[0], block.n_padded);
-  Lanes sum = {};
+  Lanes sum;
   forEachRow(
       block,
       [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
@@ -185,7 +185,7 @@ void stateBasedForcePass(const BlockView& block, const NodeArrays& nodes,
     work.theta_a[k] =
         block.nodes[k] < 0 ? 0 : nodes.theta[static_cast<std::size_t>(block.nodes[k])] * block.a[k];
   for (int d = 0; d < Dim; ++d) clear(work.column[d], block.n_padded);
-  Lanes sum[Dim] = {};
+  Lanes sum[Dim];
   forEachRow(
       block,
       [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
@@ -226,7 +226,7 @@ template <int Dim, class Law>
 void bondBasedForcePass(const Law& law, const BlockView& block, const NodeArrays& nodes,
                         const KernelScratch& work, const BreakListener& listener) {
   for (int d = 0; d < Dim; ++d) clear(work.column[d], block.n_padded);
-  Lanes sum[Dim] = {};
+  Lanes sum[Dim];
   forEachRow(
       block,
       [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
@@ -259,7 +259,7 @@ template <int Dim, class Law>
 void damagePass(const Law& law, const BlockView& block, const NodeArrays& nodes,
                 const KernelScratch& work) {
   clear(work.column[0], block.n_padded);
-  Lanes largest = {};
+  Lanes largest;
   forEachRow(
       block,
       [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {

@@ -1,5 +1,5 @@
-// Eight lanes of double precision, on top of the vector extensions of GCC and Clang: the compiler
-// maps them to one, two or four registers. Few operations need more than +, -, *, /.
+// Eight lanes of double precision, as one, two or four registers of the width that the instruction
+// set has, on top of the vector extensions of GCC and Clang.
 //
 // For the force kernels alone, which are compiled once per instruction set: include it before the
 // laws, whose templates then find these functions. Everything is forced inline, so that no code of
@@ -8,90 +8,158 @@
 
 #include "lanes.h"
 
-#if defined(__AVX512F__) || defined(__AVX2__)
+#if defined(__x86_64__)
 #include <immintrin.h>
 #endif
 
 namespace peridem {
 
-using Lanes = double __attribute__((vector_size(64)));
-using LaneMask = std::int64_t __attribute__((vector_size(64)));
+#if defined(__AVX512F__)
+inline constexpr int register_lanes = 8;
+#elif defined(__AVX2__)
+inline constexpr int register_lanes = 4;
+#else
+inline constexpr int register_lanes = 2;  // SSE2, NEON
+#endif
+inline constexpr int registers = lanes / register_lanes;
+
+using Register = double __attribute__((vector_size(8 * register_lanes)));
+using RegisterMask = std::int64_t __attribute__((vector_size(8 * register_lanes)));
+
+struct Lanes {
+  Register part[registers] = {};
+};
 
 // Loads and stores at addresses that are multiples of 64 bytes.
 PERIDEM_INLINE Lanes load(const double* p) {
-  return *reinterpret_cast<const Lanes*>(p);
+  Lanes a;
+  for (int k = 0; k < registers; ++k) a.part[k] = reinterpret_cast<const Register*>(p)[k];
+  return a;
 }
-PERIDEM_INLINE void store(double* p, Lanes a) {
-  *reinterpret_cast<Lanes*>(p) = a;
+PERIDEM_INLINE void store(double* p, const Lanes& a) {
+  for (int k = 0; k < registers; ++k) reinterpret_cast<Register*>(p)[k] = a.part[k];
 }
-PERIDEM_INLINE Lanes broadcast(double a) {
-  return Lanes{} + a;
-}
-
-PERIDEM_INLINE Lanes magnitude(Lanes a) {
-  const auto bits = reinterpret_cast<LaneMask>(a) & 0x7fffffffffffffffLL;
-  return reinterpret_cast<Lanes>(bits);
-}
-
-PERIDEM_INLINE Lanes larger(Lanes a, Lanes b) {
-  return a < b ? b : a;
+PERIDEM_INLINE Lanes broadcast(double value) {
+  Lanes a;
+  for (int k = 0; k < registers; ++k) a.part[k] = Register{} + value;
+  return a;
 }
 
-PERIDEM_INLINE Lanes exponential(Lanes a) {
-  Lanes result = a;
-  for (int k = 0; k < lanes; ++k) result[k] = std::exp(a[k]);
-  return result;
+#define PERIDEM_LANES_OPERATOR(op)                                                    \
+  PERIDEM_INLINE Lanes operator op(const Lanes& a, const Lanes& b) {                  \
+    Lanes c;                                                                          \
+    for (int k = 0; k < registers; ++k) c.part[k] = a.part[k] op b.part[k];           \
+    return c;                                                                         \
+  }                                                                                   \
+  PERIDEM_INLINE Lanes operator op(const Lanes& a, double b) {                        \
+    Lanes c;                                                                          \
+    for (int k = 0; k < registers; ++k) c.part[k] = a.part[k] op b;                   \
+    return c;                                                                         \
+  }                                                                                   \
+  PERIDEM_INLINE Lanes operator op(double a, const Lanes& b) {                        \
+    Lanes c;                                                                          \
+    for (int k = 0; k < registers; ++k) c.part[k] = a op b.part[k];                   \
+    return c;                                                                         \
+  }
+PERIDEM_LANES_OPERATOR(+)
+PERIDEM_LANES_OPERATOR(-)
+PERIDEM_LANES_OPERATOR(*)
+PERIDEM_LANES_OPERATOR(/)
+#undef PERIDEM_LANES_OPERATOR
+
+PERIDEM_INLINE Lanes& operator+=(Lanes& a, const Lanes& b) { return a = a + b; }
+
+PERIDEM_INLINE Lanes magnitude(const Lanes& a) {
+  Lanes c;
+  for (int k = 0; k < registers; ++k)
+    c.part[k] = reinterpret_cast<Register>(reinterpret_cast<RegisterMask>(a.part[k]) &
+                                           0x7fffffffffffffffLL);
+  return c;
 }
 
-// Bits of the lanes where a > b; false where one is NaN.
-PERIDEM_INLINE LaneBits greaterBits(Lanes a, Lanes b) {
+PERIDEM_INLINE Lanes larger(const Lanes& a, const Lanes& b) {
+  Lanes c;
+  for (int k = 0; k < registers; ++k) c.part[k] = a.part[k] < b.part[k] ? b.part[k] : a.part[k];
+  return c;
+}
+
+PERIDEM_INLINE Lanes exponential(const Lanes& a) {
+  Lanes c;
+  for (int k = 0; k < registers; ++k)
+    for (int lane = 0; lane < register_lanes; ++lane) c.part[k][lane] = std::exp(a.part[k][lane]);
+  return c;
+}
+
+// Bits of the lanes where a > b; not set where one is NaN.
+PERIDEM_INLINE unsigned greaterBits(Register a, Register b) {
 #if defined(__AVX512F__)
-  return _mm512_cmp_pd_mask(reinterpret_cast<__m512d>(a), reinterpret_cast<__m512d>(b), _CMP_GT_OQ);
+  return _mm512_cmp_pd_mask(a, b, _CMP_GT_OQ);
+#elif defined(__AVX2__)
+  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(a > b)));
+#elif defined(__SSE2__)
+  return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(a > b)));
 #else
-  const LaneMask mask = a > b;
-#if defined(__AVX2__)
-  const auto low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3);
-  const auto high = __builtin_shufflevector(mask, mask, 4, 5, 6, 7);
-  return static_cast<LaneBits>(_mm256_movemask_pd(reinterpret_cast<__m256d>(low)) |
-                               (_mm256_movemask_pd(reinterpret_cast<__m256d>(high)) << 4));
-#else
-  unsigned bits = 0;
-  for (int k = 0; k < lanes; ++k) bits |= (mask[k] != 0 ? 1u : 0u) << k;
-  return static_cast<LaneBits>(bits);
-#endif
+  return (a[0] > b[0] ? 1u : 0u) | (a[1] > b[1] ? 2u : 0u);
 #endif
 }
+PERIDEM_INLINE LaneBits greaterBits(const Lanes& a, const Lanes& b) {
+  unsigned bits = 0;
+  for (int k = 0; k < registers; ++k)
+    bits |= greaterBits(a.part[k], b.part[k]) << (k * register_lanes);
+  return static_cast<LaneBits>(bits);
+}
+
+#if !defined(__AVX512F__)
+// All bits of a lane set or cleared, for every combination of the lanes of a register.
+struct MaskTable {
+  alignas(64) std::int64_t mask[1 << register_lanes][register_lanes] = {};
+  constexpr MaskTable() {
+    for (int bits = 0; bits < (1 << register_lanes); ++bits)
+      for (int lane = 0; lane < register_lanes; ++lane)
+        mask[bits][lane] = (bits >> lane) & 1 ? -1 : 0;
+  }
+};
+static constexpr MaskTable mask_table;
+#endif
 
 // a where the bit is set, 0 elsewhere (also where a is NaN).
-PERIDEM_INLINE Lanes keep(LaneBits bits, Lanes a) {
+PERIDEM_INLINE Lanes keep(LaneBits bits, const Lanes& a) {
+  Lanes c;
 #if defined(__AVX512F__)
-  return reinterpret_cast<Lanes>(_mm512_maskz_mov_pd(bits, reinterpret_cast<__m512d>(a)));
+  c.part[0] = _mm512_maskz_mov_pd(bits, a.part[0]);
 #else
-  const LaneMask bit = {1, 2, 4, 8, 16, 32, 64, 128};
-  const LaneMask mask = ((LaneMask{} + bits) & bit) != 0;
-  return reinterpret_cast<Lanes>(mask & reinterpret_cast<LaneMask>(a));
+  for (int k = 0; k < registers; ++k) {
+    const auto own = (bits >> (k * register_lanes)) & ((1 << register_lanes) - 1);
+    const auto mask = *reinterpret_cast<const RegisterMask*>(mask_table.mask[own]);
+    c.part[k] = reinterpret_cast<Register>(mask & reinterpret_cast<RegisterMask>(a.part[k]));
+  }
 #endif
+  return c;
 }
 
-PERIDEM_INLINE Lanes squareRoot(Lanes a) {
+PERIDEM_INLINE Lanes squareRoot(const Lanes& a) {
+  Lanes c;
+  for (int k = 0; k < registers; ++k) {
 #if defined(__AVX512F__)
-  return reinterpret_cast<Lanes>(_mm512_sqrt_pd(reinterpret_cast<__m512d>(a)));
+    c.part[k] = _mm512_sqrt_pd(a.part[k]);
 #elif defined(__AVX2__)
-  const auto low = _mm256_sqrt_pd(__builtin_shufflevector(a, a, 0, 1, 2, 3));
-  const auto high = _mm256_sqrt_pd(__builtin_shufflevector(a, a, 4, 5, 6, 7));
-  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+    c.part[k] = _mm256_sqrt_pd(a.part[k]);
+#elif defined(__SSE2__)
+    c.part[k] = _mm_sqrt_pd(a.part[k]);
 #else
-  Lanes result = a;
-  for (int k = 0; k < lanes; ++k) result[k] = std::sqrt(a[k]);
-  return result;
+    for (int lane = 0; lane < register_lanes; ++lane)
+      c.part[k][lane] = std::sqrt(a.part[k][lane]);
 #endif
+  }
+  return c;
 }
 
 // 1 / sqrt(a). With AVX-512 from the 14-bit estimate y: with e = 1 - a y^2,
 // 1/sqrt(a) = y (1 + e/2 + 3/8 e^2 + 5/16 e^3 + ...), the rest below 1e-16.
-PERIDEM_INLINE Lanes inverseSquareRoot(Lanes a) {
+PERIDEM_INLINE Lanes inverseSquareRoot(const Lanes& a) {
 #if defined(__AVX512F__)
-  const auto y = reinterpret_cast<Lanes>(_mm512_rsqrt14_pd(reinterpret_cast<__m512d>(a)));
+  Lanes y;
+  y.part[0] = _mm512_rsqrt14_pd(a.part[0]);
   const Lanes e = 1.0 - (a * y) * y;
   const Lanes series = ((0.3125 * e + 0.375) * e + 0.5) * e;
   return y + y * series;
@@ -100,16 +168,20 @@ PERIDEM_INLINE Lanes inverseSquareRoot(Lanes a) {
 #endif
 }
 
-// Sum over the lanes in a fixed order.
-PERIDEM_INLINE double sumOfLanes(Lanes a) {
-  const double s0 = (a[0] + a[4]) + (a[2] + a[6]);
-  const double s1 = (a[1] + a[5]) + (a[3] + a[7]);
-  return s0 + s1;
+// Sum over the lanes in a fixed order, the same for every register width.
+PERIDEM_INLINE double sumOfLanes(const Lanes& a) {
+  double value[lanes];
+  for (int lane = 0; lane < lanes; ++lane)
+    value[lane] = a.part[lane / register_lanes][lane % register_lanes];
+  const double even = (value[0] + value[4]) + (value[2] + value[6]);
+  const double odd = (value[1] + value[5]) + (value[3] + value[7]);
+  return even + odd;
 }
 
-PERIDEM_INLINE double largestLane(Lanes a) {
-  double result = a[0];
-  for (int k = 1; k < lanes; ++k) result = larger(result, a[k]);
+PERIDEM_INLINE double largestLane(const Lanes& a) {
+  double result = a.part[0][0];
+  for (int lane = 1; lane < lanes; ++lane)
+    result = larger(result, a.part[lane / register_lanes][lane % register_lanes]);
   return result;
 }
 

@@ -1,0 +1,102 @@
+#include "peridem/bonds.h"
+#include "support.h"
+
+using namespace peridem;
+using namespace peridem::test;
+
+namespace {
+
+struct Bonded {
+  Particle body;
+  State state;
+  BondTable bonds;
+
+  Bonded(const std::vector<Vec3>& points, Real horizon, Real h, const Influence& influence)
+      : state(points.size()) {
+    body.stop = static_cast<Index>(points.size());
+    body.horizon = horizon;
+    body.mesh_size = h;
+    state.x_ref = points;
+    for (std::size_t i = 0; i < points.size(); ++i) state.volume[i] = 1 + static_cast<Real>(i);
+    appendBonds(bonds, state, body, influence, 1);
+  }
+};
+
+Influence constantInfluence() {
+  return Influence({InfluenceType::constant, {2.0}}, 2);
+}
+
+}  // namespace
+
+TEST_CASE("partial volume: whole inside, half at the horizon, linear between") {
+  // Horizon 3, h 1: the correction starts at 2.5 and is (3.5 - r) / 1.
+  CHECK(partialVolume(1, 3, 1) == 1);
+  CHECK(partialVolume(2.5, 3, 1) == 1);
+  CHECK(partialVolume(2.75, 3, 1) == 0.75);
+  CHECK(partialVolume(3, 3, 1) == 0.5);
+  CHECK(partialVolume(3.5, 3, 1) == 0);
+}
+
+TEST_CASE("partial volume: its threshold is fuzzy") {
+  // 2.5 (1 + 0.8e-5) is not yet fuzzily greater than 2.5 and keeps the whole volume.
+  CHECK(partialVolume(2.5 * (1 + 0.8e-5), 3, 1) == 1);
+  CHECK(partialVolume(2.5 * (1 + 1.2e-5), 3, 1) < 1);
+}
+
+TEST_CASE("bonds: length and weight and weighted volume of a line of nodes by hand") {
+  // Nodes at 0, 1, 2.75; horizon 3, h 1, J = 2, V = 1, 2, 3.
+  const Bonded b({{0, 0, 0}, {1, 0, 0}, {2.75, 0, 0}}, 3, 1, constantInfluence());
+  CHECK(b.bonds.offsets == std::vector<Offset>{0, 2, 4, 6});
+  CHECK(b.bonds.neighbors == std::vector<Index>{1, 2, 0, 2, 0, 1});
+  CHECK(b.bonds.length == std::vector<Real>{1, 2.75, 1, 1.75, 2.75, 1.75});
+  // J V_j, with three quarters of the volume at 2.75
+  CHECK(b.bonds.weight == std::vector<Real>{4, 4.5, 2, 6, 1.5, 4});
+  CHECK(b.bonds.intact == std::vector<std::uint8_t>(6, 1));
+  const Real q = 2.75 * 2.75;  // m = sum of r^2 J V_j
+  CHECK(b.state.weighted_volume ==
+        std::vector<Real>{4 + 4.5 * q, 2 + 6 * 1.75 * 1.75, 1.5 * q + 4 * 1.75 * 1.75});
+}
+
+TEST_CASE("bonds: J is taken at the length by the horizon") {
+  const Influence linear({InfluenceType::linear, {4, -4}}, 2);
+  // r = 1, horizon 4: J = 4 - 4/4 = 3; V_j = 2 and 1.
+  const Bonded b({{0, 0, 0}, {1, 0, 0}}, 4, 1, linear);
+  CHECK(b.bonds.weight == std::vector<Real>{6, 3});
+}
+
+TEST_CASE("bonds: both directions have the same length to the last digit") {
+  Random random(21);
+  std::vector<Vec3> points(80);
+  for (Vec3& x : points) x = random.vector(3);
+  const Bonded b(points, 0.7, 0.1, constantInfluence());
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (auto k = static_cast<std::size_t>(b.bonds.offsets[i]);
+         k < static_cast<std::size_t>(b.bonds.offsets[i + 1]); ++k) {
+      const auto j = static_cast<std::size_t>(b.bonds.neighbors[k]);
+      const auto begin = b.bonds.neighbors.begin() + b.bonds.offsets[j];
+      const auto end = b.bonds.neighbors.begin() + b.bonds.offsets[j + 1];
+      const auto back = std::lower_bound(begin, end, static_cast<Index>(i));
+      REQUIRE(back != end);
+      REQUIRE(*back == static_cast<Index>(i));
+      const auto opposite = static_cast<std::size_t>(back - b.bonds.neighbors.begin());
+      different += b.bonds.length[opposite] != b.bonds.length[k];
+    }
+  CHECK(different == 0);
+}
+
+TEST_CASE("bonds: a second body follows in the table with global node numbers") {
+  Bonded b({{0, 0, 0}, {1, 0, 0}}, 2, 1, constantInfluence());
+  Particle second = b.body;
+  second.start = 2;
+  second.stop = 5;
+  State state(5);
+  state.x_ref = {{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {9, 0, 0}};
+  state.volume.assign(5, 1);
+  BondTable bonds;
+  appendBonds(bonds, state, b.body, constantInfluence(), 1);
+  appendBonds(bonds, state, second, constantInfluence(), 1);
+  CHECK(bonds.offsets == std::vector<Offset>{0, 1, 2, 3, 4, 4});
+  CHECK(bonds.neighbors == std::vector<Index>{1, 0, 3, 2});
+  CHECK(state.weighted_volume[4] == 0);  // a node without neighbours
+}
