@@ -43,7 +43,7 @@ struct Group {
     Lanes squared;
     for (int d = 0; d < Dim; ++d) {
       y[d] = load(z[d] + tile) - z[d][i];
-      squared += y[d] * y[d];
+      squared = multiplyAdd(y[d], y[d], squared);
     }
     inverse_length = keep(block.exists[g], inverseSquareRoot(squared));
     deformed_length = squared * inverse_length;
@@ -64,7 +64,7 @@ struct Stretch {
       e = Lanes();
       for (int d = 0; d < Dim; ++d) {
         const Lanes xi = load(block.z_ref[d] + group.tile) - block.z_ref[d][i];
-        e += (group.y[d] - xi) * xi;
+        e = multiplyAdd(group.y[d] - xi, xi, e);
         direction[d] = xi / r;
       }
       e = e / r;
@@ -72,26 +72,26 @@ struct Stretch {
   }
 };
 
-[[gnu::noinline]] void reportBroken(const BlockView& block, const BreakListener& listener,
-                                    std::size_t i, std::size_t tile, LaneBits broken) {
+// Out of the way of the loops: bonds break seldom.
+[[gnu::noinline]] void markBroken(const BlockView& block, const BreakListener& listener,
+                                  std::size_t i, std::size_t g, LaneBits broken) {
+  block.intact[g] = static_cast<LaneBits>(block.intact[g] & ~broken);
+  const auto tile = static_cast<std::size_t>(block.tile[g]);
   for (std::size_t lane = 0; lane < lanes; ++lane)
     if ((broken >> lane) & 1)
       listener.broken(listener.context, block.nodes[i], block.nodes[tile + lane],
                       tile < block.n_padded);
 }
 
-// Break test; returns the bits that were intact before and are not any more.
+// Break test; returns the bits that are still intact.
 template <class Law>
 PERIDEM_INLINE LaneBits breakBonds(const Law& law, const BlockView& block,
                                    const BreakListener& listener, std::size_t i, std::size_t g,
-                                   Lanes r, Lanes e) {
-  const auto broken =
-      static_cast<LaneBits>(greaterBits(law.excess(r, e), Lanes{}) & block.intact[g]);
-  if (broken) [[unlikely]] {
-    block.intact[g] = static_cast<LaneBits>(block.intact[g] & ~broken);
-    reportBroken(block, listener, i, static_cast<std::size_t>(block.tile[g]), broken);
-  }
-  return broken;
+                                   LaneBits intact, const Lanes& r, const Lanes& e) {
+  const auto broken = static_cast<LaneBits>(greaterBits(law.excess(r, e), Lanes()) & intact);
+  if (broken) [[unlikely]]
+    markBroken(block, listener, i, g, broken);
+  return static_cast<LaneBits>(intact & ~broken);
 }
 
 // Calls visit(i, g, in_block) for every group, row by row, and finish(i) after a row.
@@ -113,12 +113,12 @@ PERIDEM_INLINE void addPairForce(const BlockView& block, const KernelScratch& wo
                                  std::size_t tile, bool in_block, Lanes t,
                                  const Lanes (&direction)[Dim], Lanes (&sum)[Dim]) {
   const Lanes on_i = t * load(block.volume + tile);
-  const Lanes on_j = t * block.volume[i];
+  const Lanes on_j = t * -block.volume[i];
   for (int d = 0; d < Dim; ++d) {
-    sum[d] += on_i * direction[d];
+    sum[d] = multiplyAdd(on_i, direction[d], sum[d]);
     if (in_block) {
       double* column = work.column[d] + tile;
-      store(column, load(column) - on_j * direction[d]);
+      store(column, multiplyAdd(on_j, direction[d], load(column)));
     }
   }
 }
@@ -143,8 +143,10 @@ PERIDEM_INLINE void storeForces(const BlockView& block, const NodeArrays& nodes,
 // Break test |s| > s0, then (10) theta_i = 3/m_i sum over unbroken of r e J V_j  Jha et al. 2021.
 // With `keep_stretch` unit vectors and elongations stay in the scratch for the force pass.
 template <int Dim, bool keep_stretch>
-void dilatationPass(const Lps& law, const BlockView& block, const NodeArrays& nodes,
-                    const KernelScratch& work, const BreakListener& listener) {
+void dilatationPass(const Lps& law, const BlockView& shared, const NodeArrays& nodes,
+                    const KernelScratch& scratch, const BreakListener& listener) {
+  const BlockView block = shared;  // copies whose pointers can stay in registers
+  const KernelScratch work = scratch;
   clear(work.column[0], block.n_padded);
   Lanes sum;
   forEachRow(
@@ -153,13 +155,14 @@ void dilatationPass(const Lps& law, const BlockView& block, const NodeArrays& no
         const Group<Dim> group(block, work.z, i, g);
         const Lanes r = load(block.length + group.slot);
         const Stretch<Dim, Lps> stretch(block, group, i, r);
-        breakBonds(law, block, listener, i, g, r, stretch.e);
-        const Lanes J = keep(block.intact[g], load(block.influence + group.slot));
+        const LaneBits intact =
+            breakBonds(law, shared, listener, i, g, block.intact[g], r, stretch.e);
+        const Lanes J = keep(intact, load(block.influence + group.slot));
         const Lanes r_e_J = r * stretch.e * J;
-        sum += r_e_J * load(block.volume + group.tile);
+        sum = multiplyAdd(r_e_J, load(block.volume + group.tile), sum);
         if (in_block) {
           double* column = work.column[0] + group.tile;
-          store(column, load(column) + r_e_J * block.volume[i]);
+          store(column, multiplyAdd(r_e_J, broadcast(block.volume[i]), load(column)));
         }
         if constexpr (keep_stretch) {
           store(work.elongation + group.slot, stretch.e);
@@ -179,8 +182,10 @@ void dilatationPass(const Lps& law, const BlockView& block, const NodeArrays& no
 
 // (9) f_i = sum of J V_j [ r (theta_i a_i + theta_j a_j) + e (b_i + b_j) ] y/|y|  Jha et al. 2021
 template <int Dim, bool stretch_kept>
-void stateBasedForcePass(const BlockView& block, const NodeArrays& nodes,
-                         const KernelScratch& work) {
+void stateBasedForcePass(const BlockView& shared, const NodeArrays& nodes,
+                         const KernelScratch& scratch) {
+  const BlockView block = shared;  // copies whose pointers can stay in registers
+  const KernelScratch work = scratch;
   for (std::size_t k = 0; k < block.n_all; ++k)
     work.theta_a[k] =
         block.nodes[k] < 0 ? 0 : nodes.theta[static_cast<std::size_t>(block.nodes[k])] * block.a[k];
@@ -203,11 +208,12 @@ void stateBasedForcePass(const BlockView& block, const NodeArrays& nodes,
           e = stretch.e;
           for (int d = 0; d < Dim; ++d) direction[d] = stretch.direction[d];
         }
-        const Lanes J = keep(block.intact[g], load(block.influence + slot));
+        const LaneBits intact = block.intact[g];
+        const Lanes J = keep(intact, load(block.influence + slot));
         const Lanes theta_a = load(work.theta_a + tile) + work.theta_a[i];
         const Lanes b = load(block.b + tile) + block.b[i];
         Lanes t = J * Lps::force(r, e, theta_a, b);
-        if (const auto broken = static_cast<LaneBits>(block.exists[g] & ~block.intact[g]); broken)
+        if (const auto broken = static_cast<LaneBits>(block.exists[g] & ~intact); broken)
           t += selfContact(block, e + r, broken);
         addPairForce<Dim>(block, work, i, tile, in_block, t, direction, sum);
       },
@@ -223,8 +229,10 @@ void stateBasedForcePass(const BlockView& block, const NodeArrays& nodes,
 // f_i = sum of J V_j force(r, e) along the bond. A bond exerts no force in the evaluation that
 // breaks it; its self-contact starts in the next one.
 template <int Dim, class Law>
-void bondBasedForcePass(const Law& law, const BlockView& block, const NodeArrays& nodes,
-                        const KernelScratch& work, const BreakListener& listener) {
+void bondBasedForcePass(const Law& law, const BlockView& shared, const NodeArrays& nodes,
+                        const KernelScratch& scratch, const BreakListener& listener) {
+  const BlockView block = shared;  // copies whose pointers can stay in registers
+  const KernelScratch work = scratch;
   for (int d = 0; d < Dim; ++d) clear(work.column[d], block.n_padded);
   Lanes sum[Dim];
   forEachRow(
@@ -233,9 +241,11 @@ void bondBasedForcePass(const Law& law, const BlockView& block, const NodeArrays
         const Group<Dim> group(block, work.z, i, g);
         const Lanes r = load(block.length + group.slot);
         const Stretch<Dim, Law> stretch(block, group, i, r);
-        const auto broken_before = static_cast<LaneBits>(block.exists[g] & ~block.intact[g]);
-        breakBonds(law, block, listener, i, g, r, stretch.e);
-        const Lanes J = keep(block.intact[g], load(block.influence + group.slot));
+        const LaneBits intact_before = block.intact[g];
+        const auto broken_before = static_cast<LaneBits>(block.exists[g] & ~intact_before);
+        const LaneBits intact =
+            breakBonds(law, shared, listener, i, g, intact_before, r, stretch.e);
+        const Lanes J = keep(intact, load(block.influence + group.slot));
         addPairForce<Dim>(block, work, i, group.tile, in_block, J * law.force(r, stretch.e),
                           stretch.direction, sum);
         if (broken_before) {
@@ -256,8 +266,10 @@ void bondBasedForcePass(const Law& law, const BlockView& block, const NodeArrays
 
 // (14) Z_i = max over all neighbours, broken ones included, of |s| / s0     Jha et al. 2021
 template <int Dim, class Law>
-void damagePass(const Law& law, const BlockView& block, const NodeArrays& nodes,
-                const KernelScratch& work) {
+void damagePass(const Law& law, const BlockView& shared, const NodeArrays& nodes,
+                const KernelScratch& scratch) {
+  const BlockView block = shared;  // copies whose pointers can stay in registers
+  const KernelScratch work = scratch;
   clear(work.column[0], block.n_padded);
   Lanes largest;
   forEachRow(

@@ -45,21 +45,21 @@ PERIDEM_INLINE Lanes broadcast(double value) {
   return a;
 }
 
-#define PERIDEM_LANES_OPERATOR(op)                                                    \
-  PERIDEM_INLINE Lanes operator op(const Lanes& a, const Lanes& b) {                  \
-    Lanes c;                                                                          \
-    for (int k = 0; k < registers; ++k) c.part[k] = a.part[k] op b.part[k];           \
-    return c;                                                                         \
-  }                                                                                   \
-  PERIDEM_INLINE Lanes operator op(const Lanes& a, double b) {                        \
-    Lanes c;                                                                          \
-    for (int k = 0; k < registers; ++k) c.part[k] = a.part[k] op b;                   \
-    return c;                                                                         \
-  }                                                                                   \
-  PERIDEM_INLINE Lanes operator op(double a, const Lanes& b) {                        \
-    Lanes c;                                                                          \
-    for (int k = 0; k < registers; ++k) c.part[k] = a op b.part[k];                   \
-    return c;                                                                         \
+#define PERIDEM_LANES_OPERATOR(op)                                          \
+  PERIDEM_INLINE Lanes operator op(const Lanes& a, const Lanes& b) {        \
+    Lanes c;                                                                \
+    for (int k = 0; k < registers; ++k) c.part[k] = a.part[k] op b.part[k]; \
+    return c;                                                               \
+  }                                                                         \
+  PERIDEM_INLINE Lanes operator op(const Lanes& a, double b) {              \
+    Lanes c;                                                                \
+    for (int k = 0; k < registers; ++k) c.part[k] = a.part[k] op b;         \
+    return c;                                                               \
+  }                                                                         \
+  PERIDEM_INLINE Lanes operator op(double a, const Lanes& b) {              \
+    Lanes c;                                                                \
+    for (int k = 0; k < registers; ++k) c.part[k] = a op b.part[k];         \
+    return c;                                                               \
   }
 PERIDEM_LANES_OPERATOR(+)
 PERIDEM_LANES_OPERATOR(-)
@@ -67,7 +67,24 @@ PERIDEM_LANES_OPERATOR(*)
 PERIDEM_LANES_OPERATOR(/)
 #undef PERIDEM_LANES_OPERATOR
 
-PERIDEM_INLINE Lanes& operator+=(Lanes& a, const Lanes& b) { return a = a + b; }
+PERIDEM_INLINE Lanes& operator+=(Lanes& a, const Lanes& b) {
+  return a = a + b;
+}
+
+// a b + c, rounded once where the processor can.
+PERIDEM_INLINE Lanes multiplyAdd(const Lanes& a, const Lanes& b, const Lanes& c) {
+#if defined(__AVX512F__)
+  Lanes d;
+  d.part[0] = _mm512_fmadd_pd(a.part[0], b.part[0], c.part[0]);
+  return d;
+#elif defined(__AVX2__)
+  Lanes d;
+  for (int k = 0; k < registers; ++k) d.part[k] = _mm256_fmadd_pd(a.part[k], b.part[k], c.part[k]);
+  return d;
+#else
+  return a * b + c;
+#endif
+}
 
 PERIDEM_INLINE Lanes magnitude(const Lanes& a) {
   Lanes c;
@@ -147,8 +164,7 @@ PERIDEM_INLINE Lanes squareRoot(const Lanes& a) {
 #elif defined(__SSE2__)
     c.part[k] = _mm_sqrt_pd(a.part[k]);
 #else
-    for (int lane = 0; lane < register_lanes; ++lane)
-      c.part[k][lane] = std::sqrt(a.part[k][lane]);
+    for (int lane = 0; lane < register_lanes; ++lane) c.part[k][lane] = std::sqrt(a.part[k][lane]);
 #endif
   }
   return c;
@@ -160,9 +176,10 @@ PERIDEM_INLINE Lanes inverseSquareRoot(const Lanes& a) {
 #if defined(__AVX512F__)
   Lanes y;
   y.part[0] = _mm512_rsqrt14_pd(a.part[0]);
-  const Lanes e = 1.0 - (a * y) * y;
-  const Lanes series = ((0.3125 * e + 0.375) * e + 0.5) * e;
-  return y + y * series;
+  const Lanes e = multiplyAdd(a * y, 0.0 - y, broadcast(1.0));
+  const Lanes series =
+      multiplyAdd(multiplyAdd(e, broadcast(0.3125), broadcast(0.375)), e, broadcast(0.5)) * e;
+  return multiplyAdd(y, series, y);
 #else
   return 1.0 / squareRoot(a);
 #endif
