@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,14 @@ from .placement import Placement, read_particle_locations
 
 SMALLEST_VOLUME = 0.01
 """A mesh is refused when a nodal volume is below this times h^d, as in the original."""
+
+SMALLEST_SIZE, LARGEST_SIZE = 1e-20, 1e20
+"""Bounds [m] on the size of a body: fifth powers of lengths must be numbers."""
+
+FARTHEST = 1e8
+"""Largest distance of a body from the origin, by its size."""
+
+MOST_REPORTED = 20
 
 _MATERIALS = {
     "PDState": _core.MaterialType.pd_state,
@@ -47,9 +55,11 @@ class BodyPlan:
     site : tuple of float
         Translation [m].
     scale, angle : float
-        Scale and rotation [rad] about z of the reference mesh.
+        Scale and rotation [rad] about `axis` of the reference mesh.
     where : str
         File and line the body is from.
+    axis : tuple of float
+        Axis of the rotation, of any length.
     """
 
     zone: int
@@ -58,6 +68,7 @@ class BodyPlan:
     scale: float
     angle: float
     where: str
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     @property
     def box(self) -> NDArray[np.float64]:
@@ -122,9 +133,13 @@ def build_model(deck: Deck, *, threads: int, compatibility: str | None = None) -
     core_deck.meshes = [_core_mesh(mesh) for mesh in meshes]
     core_deck.zones = [_core_zone(deck, zone, meshes[zone]) for zone in range(deck.n_zones)]
     core_deck.bodies = [_core_body(deck, k, body) for k, body in enumerate(bodies)]
-    if len(bodies) > 1:
+    if len(bodies) > 1 or any(contact.self_contact for contact in deck.contacts.values()):
         core_deck.contacts = _core_contacts(deck)
-    core = _core.DEMModel(core_deck, threads)
+    _check_places(deck, bodies, meshes)
+    try:
+        core = _core.DEMModel(core_deck, threads)
+    except InputError as error:
+        raise InputError(f"{deck.path.name}: {error}") from error
     _check_bodies(deck, core, meshes)
     warnings: list[str] = []
     _add_loads(deck, core, bodies, warnings)
@@ -155,8 +170,9 @@ def _created_mesh(deck: Deck, zone: int) -> Mesh:
     geometry = entry.create_mesh.geometry or deck.particles[zone]
     shape = _shape(deck, geometry, f"Mesh.Zone_{zone + 1}.CreateMesh")
     assert shape is not None
-    lower, upper = shape.box
-    return uniform_rectangle_mesh(*lower, *upper, entry.mesh_size)
+    (x0, y0, z0), (x1, y1, z1) = shape.box
+    where = f"{deck.where(f'Mesh.Zone_{zone + 1}')}: Mesh.Zone_{zone + 1}"
+    return uniform_rectangle_mesh(x0, y0, z0, x1, y1, z1, entry.mesh_size, where=where)
 
 
 def _shape(deck: Deck, keys: Any, path: str) -> Shape | None:
@@ -202,7 +218,9 @@ def _read_placements(deck: Deck) -> list[Placement]:
     generation = deck.particle_generation
     if generation is None:
         return []
-    placements = read_particle_locations(generation.file, generation.data_type, deck.n_zones)
+    placements = read_particle_locations(
+        generation.file, generation.data_type, deck.n_zones, dimension=deck.model.dimension
+    )
     for placement in placements:
         if _is_created(deck.particles[placement.zone]):
             raise InputError(
@@ -236,6 +254,7 @@ def _bodies_of_zone(
             site=placement.site,
             scale=placement.radius / shape.scale_length,
             angle=angle,
+            axis=placement.axis,
             where=f"{deck.particle_generation.file}:{placement.line}",
         )
         for placement, angle in zip(placements, angles, strict=True)
@@ -262,7 +281,7 @@ def random_orientations(seed: int, n: int) -> list[float]:
         Number of angles [rad].
     """
     # 53 random bits from two draws of 32, the first one low: generate_canonical of libstdc++.
-    draws = np.random.RandomState(seed).randint(0, 2**32, size=(n, 2), dtype=np.uint32)  # noqa: NPY002
+    draws = np.random.RandomState(seed).randint(0, 2**32, size=(n, 2), dtype=np.uint32)
     canonical = (draws[:, 0] + draws[:, 1] * 2.0**32) / 2.0**64
     return [float(value) for value in canonical * (2 * np.pi)]
 
@@ -325,6 +344,7 @@ def _core_body(deck: Deck, index: int, body: BodyPlan) -> Any:
     result.site = body.site
     result.scale = body.scale
     result.angle = body.angle
+    result.axis = body.axis
     # The lower body of the test stands still.
     result.constrained = deck.test_name == "two_particle" and index == 0
     return result
@@ -332,7 +352,9 @@ def _core_body(deck: Deck, index: int, body: BodyPlan) -> Any:
 
 def _core_contacts(deck: Deck) -> list[Any]:
     n = deck.n_zones
-    return [_core_contact(deck.contacts.get((min(i, j), max(i, j)))) for i in range(n) for j in range(n)]
+    return [
+        _core_contact(deck.contacts.get((min(i, j), max(i, j)))) for i in range(n) for j in range(n)
+    ]
 
 
 def _core_contact(contact: Contact | None) -> Any:
@@ -351,7 +373,31 @@ def _core_contact(contact: Contact | None) -> Any:
     result.friction_coeff = contact.friction_coeff or 0.0
     result.center_damping_criterion = _core.DampingCriterion[contact.center_damping_criterion]
     result.node_damping = contact.node_damping
+    result.friction_model = _core.FrictionModel[contact.friction_model]
+    if contact.tangential_stiffness_ratio is not None:
+        result.tangential_stiffness_ratio = contact.tangential_stiffness_ratio
+    result.self_contact = contact.self_contact
     return result
+
+
+def _check_places(deck: Deck, bodies: list[BodyPlan], meshes: list[Mesh]) -> None:
+    """Positions of a body's nodes must differ, and their distances have squares."""
+    problems = []
+    for k, body in enumerate(bodies):
+        size = body.scale * float(np.ptp(meshes[body.zone].points, axis=0).max())
+        if not SMALLEST_SIZE < size < LARGEST_SIZE:
+            problems.append(
+                f"{body.where}: body {k} of Zone_{body.zone + 1}: size = {size:g} m after scaling "
+                f"by {body.scale:g}: must be between {SMALLEST_SIZE:g} and {LARGEST_SIZE:g} m; "
+                f"correct its radius, or Parameters in {deck.path.name}"
+            )
+        elif not np.abs(body.site).max() < FARTHEST * size:
+            problems.append(
+                f"{body.where}: body {k}: place = {body.site}: must be within {FARTHEST:g} times "
+                f"its size {size:g} m of the origin, or its nodes cannot be told apart; correct it"
+            )
+    if problems:
+        raise InputError("\n".join(problems[:MOST_REPORTED]))
 
 
 def _check_bodies(deck: Deck, core: Any, meshes: list[Mesh]) -> None:
@@ -372,8 +418,9 @@ def _check_bodies(deck: Deck, core: Any, meshes: list[Mesh]) -> None:
         if not volumes[smallest] >= limit:
             problems.append(
                 f"{meshes[body.zone].source}: node {smallest} (counted from 0): volume = "
-                f"{volumes[smallest]:g}: must be at least {SMALLEST_VOLUME} h^{deck.model.dimension}"
-                f" = {limit:g} with the smallest node distance h = {h:g}; make the mesh more even"
+                f"{volumes[smallest]:g}: must be at least {SMALLEST_VOLUME} "
+                f"h^{deck.model.dimension} = {limit:g} with the smallest node distance h = {h:g}; "
+                "make the mesh more even"
             )
     if problems:
         raise InputError("\n".join(dict.fromkeys(problems)))
@@ -384,11 +431,12 @@ def _add_loads(deck: Deck, core: Any, bodies: list[BodyPlan], warnings: list[str
         loaded = _core.DisplacementSet()
         _fill_set(deck, core, bodies, warnings, load, loaded, f"Displacement_BC.Set_{k + 1}")
         loaded.zero_displacement = load.zero_displacement
+        loaded.rotation_axis = load.time_function.rotation_axis or (0.0, 0.0, 1.0)
         _named(deck, f"Displacement_BC.Set_{k + 1}", core.add_displacement_set, loaded)
     for k, force in enumerate(deck.force_sets):
-        loaded = _core.ForceSet()
-        _fill_set(deck, core, bodies, warnings, force, loaded, f"Force_BC.Set_{k + 1}")
-        _named(deck, f"Force_BC.Set_{k + 1}", core.add_force_set, loaded)
+        pushed = _core.ForceSet()
+        _fill_set(deck, core, bodies, warnings, force, pushed, f"Force_BC.Set_{k + 1}")
+        _named(deck, f"Force_BC.Set_{k + 1}", core.add_force_set, pushed)
     velocity = deck.initial_velocity
     if velocity is not None:
         initial = _core.InitialVelocity()
@@ -437,7 +485,9 @@ def _fill_set(
             boxes = np.array([bodies[k].box for k in ids[nodes]]).reshape(-1, 2, 3)
         else:
             boxes = np.broadcast_to(np.array(shape.box), (len(nodes), 2, 3))
-        kind = "displacement" if path.startswith("Displacement") else "force"
+        kind: Literal["displacement", "force"] = (
+            "displacement" if path.startswith("Displacement") else "force"
+        )
         values = amplitude(load, kind, x_ref[nodes], boxes, where=where)
     result.nodes = [int(node) for node in nodes]
     result.amplitude = [float(value) for value in values]

@@ -11,20 +11,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from .bonds import Bonds
 from .build import BodyPlan, BuiltModel, build_model
+from .checkpoint import CheckpointWriter, newest_checkpoint
+from .checks import check_model, contact_time_step_note
 from .deck import Deck, read_deck
 from .errors import InputError, NumericalError
-from .output import OutputWriter, write_particle_locations
+from .interrupt import StopSignals
+from .recorder import Recorder
+from .restart import find_deck, restart_from_deck, restore
 
 FloatArray = NDArray[np.float64]
 Observer = Callable[["DEMModel"], object]
 
 PROGRESS_SECONDS = 0.1
 """Longest time [s] between two looks at signals and progress, unless one step takes longer."""
-
-_NOT_NODAL = ("Particle_Locations", "Strain_Stress")
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,23 @@ class Particle:
     constrained: bool
 
 
+@dataclass(frozen=True)
+class StableTimeStep:
+    """Estimated largest stable time steps, on the safe side.
+
+    Attributes
+    ----------
+    bonds : float
+        Limit [s] of the linearised bond forces.
+    contact : float
+        Limit [s] of two nodes in full contact; runs above it are common, since most contacts
+        last a few steps only.
+    """
+
+    bonds: float
+    contact: float
+
+
 class DEMModel:
     """Deformable, breakable grains in contact: the model of a deck and its state.
 
@@ -91,15 +111,33 @@ class DEMModel:
     Jha, Desai, Bhattacharya, Lipton, JMPS 151 (2021) 104376.
     """
 
-    def __init__(self, deck: Deck, built: BuiltModel, compatibility: str) -> None:
+    def __init__(
+        self,
+        deck: Deck,
+        built: BuiltModel,
+        compatibility: str,
+        *,
+        strict: bool = False,
+        allow_overlap: bool = False,
+    ) -> None:
         self.deck = deck
         self.compatibility = compatibility
         self.warnings = list(built.warnings)
+        self.notes = list(deck.notes)
         self.bodies: list[BodyPlan] = built.bodies
         self._core = built.core
+        self._bodies = built.core.particles
+        self.stop_reason: str | None = None
         self._meshes = built.meshes
         self._output_seconds = 0.0
         self._initialized = False
+        self._strict = strict
+        self._allow_overlap = allow_overlap
+        self._restarts = deck.restart is not None
+        self._goes_on = False
+        self.output_interval = deck.output.output_interval
+        self.checkpoint_every: int | None = None
+        self.last_checkpoint: Path | None = None
 
     @classmethod
     def from_deck(
@@ -107,6 +145,9 @@ class DEMModel:
         path: str | os.PathLike[str],
         threads: int | None = None,
         compatibility: str | None = None,
+        *,
+        strict: bool = False,
+        allow_overlap: bool = False,
     ) -> DEMModel:
         """Read a deck of the original program and place its bodies.
 
@@ -120,6 +161,10 @@ class DEMModel:
         compatibility : {"original", "corrected"}, optional
             Whether known defects of the original are reproduced; overrides
             ``Model.Compatibility`` of the deck (default corrected).
+        strict : bool
+            Refuse a time step above the estimated stable one instead of warning.
+        allow_overlap : bool
+            Accept bodies that overlap at the start. Both are looked at by `init`.
 
         Returns
         -------
@@ -139,7 +184,54 @@ class DEMModel:
             )
         deck = read_deck(Path(path))
         built = build_model(deck, threads=count, compatibility=compatibility)
-        return cls(deck, built, compatibility or deck.model.compatibility)
+        return cls(
+            deck,
+            built,
+            compatibility or deck.model.compatibility,
+            strict=strict,
+            allow_overlap=allow_overlap,
+        )
+
+    @classmethod
+    def resume(
+        cls,
+        folder: str | os.PathLike[str],
+        threads: int | None = None,
+        tag: str | None = None,
+    ) -> DEMModel:
+        """Go on from the newest checkpoint in an output folder that is not damaged.
+
+        The deck is found, and its mode of compatibility taken, from the checkpoint; a
+        ``Restart`` block in it has had its effect. `run` goes on with the same interval of
+        checkpoints and, given the same folder, with the same series of outputs.
+
+        Parameters
+        ----------
+        folder : path-like
+            Output folder of the run.
+        threads : int, optional
+            Number of threads; results do not depend on it.
+        tag : str, optional
+            ``Output.Tag_PP`` of the run, when the folder has several runs.
+
+        Returns
+        -------
+        DEMModel
+            Initialised and started; `warnings` names damaged checkpoints.
+
+        Raises
+        ------
+        InputError
+            If no checkpoint is usable, or the deck or its files have changed since.
+        """
+        checkpoint, problems = newest_checkpoint(Path(folder), tag)
+        path = find_deck(checkpoint)
+        model = cls.from_deck(path, threads, checkpoint.compatibility, allow_overlap=True)
+        model._restarts, model._goes_on = False, True
+        restore(model, checkpoint)
+        model.warnings += problems
+        model.checkpoint_every, model.last_checkpoint = checkpoint.every, checkpoint.path
+        return model
 
     @property
     def time(self) -> float:
@@ -162,9 +254,19 @@ class DEMModel:
         return self.deck.model.time_steps
 
     @property
+    def started(self) -> bool:
+        """Whether forces are computed and steps can follow."""
+        return bool(self._core.started)
+
+    @property
     def threads(self) -> int:
         """Number of threads."""
         return int(self._core.threads)
+
+    @property
+    def instruction_set(self) -> str:
+        """Processor instructions that the forces use: avx512, avx2 or baseline."""
+        return str(self._core.instruction_set)
 
     @property
     def dimension(self) -> int:
@@ -189,47 +291,45 @@ class DEMModel:
         return self._core.state
 
     @property
-    def bonds(self) -> Any:
-        """Bond lists, empty before `init`.
-
-        The bonds of node i are ``offsets[i]`` to ``offsets[i + 1] - 1``: ``indices`` the
-        node at the other end, ``length`` r [m], ``weight`` J(r/eps) V_j, ``intact`` 1 or 0.
-        """
-        return self._core.bonds
+    def bonds(self) -> Bonds:
+        """Bond lists: offsets, indices, intact flags, lengths, weights; see `Bonds`."""
+        return Bonds(self._core)
 
     @property
     def particles(self) -> list[Particle]:
         """Bodies in the order of their ids."""
+        return [self.particle(k) for k in range(len(self._bodies))]
+
+    def particle(self, k: int) -> Particle:
+        """Body `k`."""
+        body = self._bodies[k]
         offsets = self.bonds.offsets
-        x = self.state.x
+        n_bonds = int(offsets[body.stop] - offsets[body.start]) if self._initialized else 0
+        return Particle(
+            id=body.id,
+            zone=body.zone,
+            type="wall" if body.is_wall else "particle",
+            start=body.start,
+            stop=body.stop,
+            center=self.state.x[body.center_node].copy(),
+            bounding_radius=body.bounding_radius,
+            mesh_size=body.mesh_size,
+            horizon=body.horizon,
+            volume=body.volume,
+            n_bonds=n_bonds,
+            constrained=body.constrained,
+        )
 
-        def n_bonds(body: Any) -> int:
-            return int(offsets[body.stop] - offsets[body.start]) if self._initialized else 0
-
-        return [
-            Particle(
-                id=body.id,
-                zone=body.zone,
-                type="wall" if body.is_wall else "particle",
-                start=body.start,
-                stop=body.stop,
-                center=x[body.center_node].copy(),
-                bounding_radius=body.bounding_radius,
-                mesh_size=body.mesh_size,
-                horizon=body.horizon,
-                volume=body.volume,
-                n_bonds=n_bonds(body),
-                constrained=body.constrained,
-            )
-            for body in self._core.particles
-        ]
+    def start_center(self, k: int) -> FloatArray:
+        """Where the centre of body `k` was at the start, shape (3,) [m]."""
+        return np.array(self.state.x_ref[self._bodies[k].center_node])
 
     @property
     def cells(self) -> list[tuple[str, NDArray[np.int32]]]:
         """Cell type and connectivity, shape (m, k), of each body, in global node numbers."""
         return [
             (self._meshes[body.zone].cell_type, self._meshes[body.zone].cells + body.start)
-            for body in self._core.particles
+            for body in self._bodies
         ]
 
     @property
@@ -242,19 +342,105 @@ class DEMModel:
         """Bytes held by the arrays of nodes and bonds."""
         return int(self._core.memory_bytes)
 
-    def stable_time_step(self) -> float:
-        """Estimate the largest stable time step [s], on the safe side.
+    def stable_time_step(self) -> StableTimeStep:
+        """Estimate the largest stable time steps, on the safe side.
 
         Gershgorin bound of the linearised bond forces and of a full contact; see the core's
         ``DEMModel::stableTimeStep``.
         """
         self.init()
-        return float(min(self._core.stable_time_step()))
+        return StableTimeStep(*self._core.stable_time_step())
+
+    def contact_radius(self, p: int, q: int) -> float:
+        """Contact radius Rc [m] of two bodies."""
+        self.init()
+        return float(self._core.contact_law(p, q)["radius"])
+
+    def contact_forces(self) -> FloatArray:
+        """Force density of contact and its damping alone, shape (n_nodes, 3) [N/m^3].
+
+        Computed from the current state, which stays as it is. On the nodes of a wall it is
+        what the wall takes up; its sum times the volumes is the wall's reaction.
+        """
+        self.init()
+        return np.asarray(self._core.contact_forces())
 
     def init(self) -> None:
-        """Build bonds, laws and contact; done once."""
-        self._core.init()
+        """Build bonds, laws and contact, check the model, set a ``Restart`` state; done once.
+
+        Raises
+        ------
+        InputError
+            If bodies overlap at the start (unless allowed), a test names a body that does not
+            exist or, when strict, the time step is above the estimated stable one.
+        """
+        if self._initialized:
+            return
+        try:
+            self._core.init()
+        except InputError as error:
+            raise InputError(f"{self.deck.path.name}: {error}") from error
         self._initialized = True
+        try:
+            self.warnings += check_model(
+                self, strict=self._strict, allow_overlap=self._allow_overlap
+            )
+        except InputError:
+            self._initialized = False
+            raise
+        note = contact_time_step_note(self)
+        if note is not None:
+            self.notes.append(note)
+        if self._restarts:
+            self._restarts, self._goes_on = False, True
+            restart_from_deck(self)
+
+    def friction_springs(self) -> tuple[NDArray[np.int32], FloatArray]:
+        """Stretched tangential springs of the friction with history.
+
+        Returns
+        -------
+        nodes : ndarray, shape (k, 2)
+            Node pairs (i, j); the spring pulls i.
+        elongations : ndarray, shape (k, 3)
+            Elongations [m].
+        """
+        nodes, elongations = self._core.slips()
+        return nodes, elongations
+
+    def set_intact(self, intact: ArrayLike) -> None:
+        """Set which bonds are unbroken.
+
+        Parameters
+        ----------
+        intact : array_like of bool or int, shape (n_bonds,)
+            Zero for broken bonds, in the order of `bonds`.
+
+        Raises
+        ------
+        InputError
+            If the length is wrong or the two directions of a bond differ.
+        """
+        self.init()
+        self._core.set_intact(np.ascontiguousarray(intact, dtype=np.uint8))
+
+    def mark_started(
+        self, n: int, time: float, nodes: NDArray[np.int32], elongations: FloatArray
+    ) -> None:
+        """Take the arrays of `state` and the bond flags as those of a running model.
+
+        Parameters
+        ----------
+        n : int
+            Number of steps taken.
+        time : float
+            Simulated time [s].
+        nodes : ndarray, shape (k, 2)
+            Node pairs of `friction_springs`.
+        elongations : ndarray, shape (k, 3)
+            Elongations [m] of these springs.
+        """
+        self._core.restore(n, time, nodes, elongations)
 
     def start(self) -> None:
         """Apply the initial velocity and compute the forces at t = 0; done once."""
@@ -292,6 +478,8 @@ class DEMModel:
         callback: Observer | None = None,
         every: int | None = None,
         progress: Observer | None = None,
+        *,
+        checkpoint_every: int | None = None,
     ) -> None:
         """Run to the end of the deck, or for some steps.
 
@@ -307,96 +495,92 @@ class DEMModel:
             Interval of `callback`, by default the deck's ``Output_Interval``.
         progress : callable, optional
             Called with the model about ten times a second.
+        checkpoint_every : int, optional
+            Steps between checkpoints ``checkpoint_<step>.h5`` in `output`, of which the last
+            two are kept; also written after the last step. By default none, and in a resumed
+            run the interval it had. Ctrl-C and SIGTERM write one in any case with `output`.
 
         Raises
         ------
         InputError
             If an argument breaks its rule or the folder cannot be written.
         NumericalError
-            If a velocity is no longer finite; the state before is in the last output.
+            If a velocity is no longer finite; with `output`, the state is in ``output_last.vtu``.
         KeyboardInterrupt
-            After Ctrl-C: the step is whole and the outputs are closed.
+            After Ctrl-C: the step is whole, a checkpoint written, the outputs are closed.
+        Terminated
+            Likewise after SIGTERM, with `output`; a SystemExit with code 143.
         """
-        interval = self.deck.output.output_interval
-        every = interval if every is None else every
+        every = self.deck.output.output_interval if every is None else every
         if every < 1:
             raise InputError(f"every = {every}: must be at least 1")
         if steps is not None and steps < 0:
             raise InputError(f"steps = {steps}: must not be negative")
+        self.init()
         last = self.n_steps if steps is None else self.n + steps
         with contextlib.ExitStack() as stack:
-            writer = self._open_output(output, stack)
+            signals = stack.enter_context(StopSignals(active=output is not None))
+            checkpoints = self._open_checkpoints(output, checkpoint_every)
+            recorder = stack.enter_context(self._open_recorder(output))
             self.start()
-            self._observe(writer, callback, every)
-            while self.n < last:
-                stop = min(last, self._next(interval), self._next(every))
-                self._core.advance(stop - self.n, PROGRESS_SECONDS)
-                self._observe(writer, callback, every)
+            self._observe(recorder, callback, every)
+            while self.n < last and signals.noted is None and self.stop_reason is None:
+                ends = [*recorder.intervals, every]
+                ends += [checkpoints.every] if checkpoints and checkpoints.every else []
+                stop = min(last, *(self._next(end) for end in ends))
+                self._advance(stop - self.n, recorder)
+                self._observe(recorder, callback, every)
+                if checkpoints is not None and checkpoints.is_due(self.n):
+                    self._save(checkpoints)
                 if progress is not None:
                     progress(self)
+            if checkpoints is not None and (checkpoints.every or signals.noted is not None):
+                self._save(checkpoints)
 
     def _next(self, interval: int) -> int:
         return (self.n // interval + 1) * interval
 
-    def _observe(self, writer: OutputWriter | None, callback: Observer | None, every: int) -> None:
-        if writer is not None and self.n % writer.interval == 0:
-            self._write(writer)
+    def _advance(self, n: int, recorder: Recorder) -> None:
+        try:
+            self._core.advance(n, PROGRESS_SECONDS)
+        except NumericalError as error:
+            path = recorder.write_last()
+            if path is None:
+                raise
+            raise NumericalError(f"{error}; the last state is in {path}") from error
+
+    def _observe(self, recorder: Recorder, callback: Observer | None, every: int) -> None:
+        begin = clock.perf_counter()
+        recorder.record()
+        self.stop_reason = recorder.stop_reason
+        self._output_seconds += clock.perf_counter() - begin
         if callback is not None and self.n % every == 0:
             callback(self)
 
-    def _open_output(
-        self, output: str | os.PathLike[str] | None, stack: contextlib.ExitStack
-    ) -> OutputWriter | None:
-        settings = self.deck.output
-        if output is None or not settings.perform_out:
+    def _open_recorder(self, output: str | os.PathLike[str] | None) -> Recorder:
+        goes_on = self._goes_on
+        self._goes_on = goes_on or output is not None
+        folder = None if output is None else Path(output)
+        return Recorder(self, folder, goes_on=goes_on)
+
+    def _open_checkpoints(
+        self, output: str | os.PathLike[str] | None, every: int | None
+    ) -> CheckpointWriter | None:
+        if output is None:
+            if every is not None:
+                raise InputError(
+                    f"checkpoint_every = {every}: checkpoints need a folder; give output"
+                )
             return None
-        return stack.enter_context(
-            OutputWriter(
-                Path(output),
-                tags=[tag for tag in settings.tags if tag in self._arrays()],
-                interval=settings.output_interval,
-                cells=self.cells,
-                tag_pp=settings.tag_pp or None,
-                fe_output=settings.perform_fe_out,
-                compress=None if settings.compress_type == "none" else settings.compress_type,
-            )
-        )
+        self.checkpoint_every = self.checkpoint_every if every is None else every
+        return CheckpointWriter(output, self, self.checkpoint_every, self.last_checkpoint)
 
-    def _write(self, writer: OutputWriter) -> None:
+    def _save(self, checkpoints: CheckpointWriter) -> None:
+        if checkpoints.last_step == self.n:
+            return
         begin = clock.perf_counter()
-        arrays = {tag: make() for tag, make in self._arrays().items() if tag in writer.tags}
-        k = self.n // writer.interval
-        writer.write(k, self.n, self.time, arrays, points=self.state.x)
-        if "Particle_Locations" in self.deck.output.tags:
-            self._write_locations(writer, k)
+        self.last_checkpoint = checkpoints.write(self)
         self._output_seconds += clock.perf_counter() - begin
-
-    def _write_locations(self, writer: OutputWriter, k: int) -> None:
-        bodies = self.particles
-        write_particle_locations(
-            writer.folder / f"{writer.path(k).stem.replace('output', 'particle_locations')}.csv",
-            zone=[body.zone for body in bodies],
-            centre=np.array([body.center for body in bodies]),
-            radius=[body.bounding_radius for body in bodies],
-        )
-
-    def _arrays(self) -> dict[str, Callable[[], NDArray[Any]]]:
-        """How the nodal array of each output tag is made."""
-        s = self.state
-        return {
-            "Displacement": lambda: s.u,
-            "Velocity": lambda: s.v,
-            "Force_Density": lambda: s.f,
-            "Force": lambda: s.f * s.volume[:, None],
-            "Fixity": lambda: s.fixity.astype(np.int32),
-            "Force_Fixity": lambda: s.force_fixity.astype(np.int32),
-            "Particle_ID": lambda: s.particle_id,
-            "Zone_ID": lambda: s.zone_id,
-            "Nodal_Volume": lambda: s.volume,
-            "Damage_Z": lambda: s.damage_z,
-            "Damage": self.broken_fraction,
-            "Theta": lambda: s.theta,
-        }
 
     def broken_fraction(self) -> FloatArray:
         """Fraction of each node's bonds that are broken, shape (n_nodes,).
@@ -423,6 +607,7 @@ class DEMModel:
             "memory_bytes": self.memory_bytes,
             "threads": self.threads,
             "compatibility": self.compatibility,
+            "stop_reason": self.stop_reason,
         }
 
 

@@ -8,10 +8,8 @@ imported when the first file is written or read.
 from __future__ import annotations
 
 import csv
-import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
@@ -21,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import InputError
+from .files import make_folder, replace_file
 from .vtu import Array, Cells, Compression, Topology, VtuContents, read_vtu, write_vtu
 
 if TYPE_CHECKING:
@@ -31,9 +30,11 @@ __all__ = [
     "NODE_TAGS",
     "OutputWriter",
     "VtuContents",
+    "older_files",
     "read_pvd",
     "read_vtu",
     "replace_file",
+    "series_path",
     "write_particle_locations",
 ]
 
@@ -52,46 +53,6 @@ NODE_TAGS: Mapping[str, int] = {
     "Theta": 1,
 }
 """Deck tags that become an array on the nodes, with their number of components."""
-
-
-@contextmanager
-def replace_file(path: Path) -> Iterator[Path]:
-    """Write a file so that it is whole or absent under its name.
-
-    The body of the ``with`` writes to the temporary name it is given, in the same
-    folder. On success the file is synced to disk and renamed to `path` (an older file of
-    that name is replaced); on any exception it is removed.
-
-    Parameters
-    ----------
-    path : Path
-        Final name.
-
-    Yields
-    ------
-    Path
-        Temporary name to write to.
-
-    Raises
-    ------
-    InputError
-        If the system refuses to write (no space, no permission), naming file and reason.
-    """
-    temporary = path.with_name(f".{path.name}.tmp")
-    try:
-        yield temporary
-        with temporary.open("rb+") as stream:
-            os.fsync(stream.fileno())
-        temporary.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
-        raise InputError(_cannot_write(path, error.strerror or str(error))) from error
-    except BaseException:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
-        raise
-    _sync_folder(path.parent)
 
 
 class OutputWriter:
@@ -119,6 +80,8 @@ class OutputWriter:
     keep_until : float, optional
         For a resumed run: entries of the existing time series up to this time [s], whose
         files are still there, stay in the series. Without it the series starts anew.
+    name : str
+        First part of the file names.
 
     Attributes
     ----------
@@ -147,6 +110,7 @@ class OutputWriter:
         fe_output: bool = True,
         compress: Compression = "zlib",
         keep_until: float | None = None,
+        name: str = "output",
     ) -> None:
         self.folder = Path(folder)
         self.tags = tuple(tags)
@@ -154,10 +118,10 @@ class OutputWriter:
         self.compress = _checked_compression(compress)
         self.fe_output = fe_output
         self._cells = cells
-        self._stem = "output" if tag_pp in (None, "") else f"output_{_checked_tag_pp(tag_pp)}"
-        self.series = self.folder / f"{self._stem}.pvd"
+        self.series = series_path(self.folder, tag_pp, name=name)
+        self._stem = self.series.stem
         self._topology: Topology | None = None
-        _make_folder(self.folder)
+        make_folder(self.folder)
         self._entries: dict[str, float] = {}
         if keep_until is not None and self.series.exists():
             self._entries = {
@@ -174,12 +138,7 @@ class OutputWriter:
     @property
     def older_files(self) -> list[Path]:
         """Files of this series found in the folder that this run has not written."""
-        pattern = re.compile(re.escape(self._stem) + r"_\d+\.vtu")
-        return sorted(
-            path
-            for path in self.folder.iterdir()
-            if pattern.fullmatch(path.name) and path.name not in self._entries
-        )
+        return older_files(self.series, self._entries)
 
     def path(self, k: int) -> Path:
         """Name of output file number `k`."""
@@ -222,12 +181,38 @@ class OutputWriter:
         ValueError
             If a tag of the deck is missing or an array does not fit the nodes.
         """
+        path = self.path(k)
+        self._write_file(path, step, time, arrays, points)
+        self._entries[path.name] = float(time)
+        self._write_series()
+        return path
+
+    def write_last(
+        self,
+        step: int,
+        time: float,
+        arrays: Mapping[str, Array],
+        *,
+        points: npt.NDArray[np.float64],
+    ) -> Path:
+        """Write a state that is not part of the series, ``output_last.vtu``; as `write`."""
+        path = self.folder / f"{self._stem}_last.vtu"
+        self._write_file(path, step, time, arrays, points)
+        return path
+
+    def _write_file(
+        self,
+        path: Path,
+        step: int,
+        time: float,
+        arrays: Mapping[str, Array],
+        points: npt.NDArray[np.float64],
+    ) -> None:
         _check_arrays(arrays, self.tags, points)
         if self._topology is None or self._topology.n_nodes != len(points):
             self._topology = Topology(self._cells if self.fe_output else (), len(points))
         order = [tag for tag in self.tags if tag in arrays]
         order += [tag for tag in arrays if tag not in order]
-        path = self.path(k)
         with replace_file(path) as temporary:
             write_vtu(
                 temporary,
@@ -237,9 +222,6 @@ class OutputWriter:
                 fields={"TIME": np.array([time]), "STEP": np.array([step], dtype=np.int64)},
                 compress=self.compress,
             )
-        self._entries[path.name] = float(time)
-        self._write_series()
-        return path
 
     def close(self) -> None:
         """Finish the time series (it is complete after every `write` already)."""
@@ -274,6 +256,56 @@ class OutputWriter:
         lines += ["  </Collection>", "</VTKFile>", ""]
         with replace_file(self.series) as temporary:
             temporary.write_text("\n".join(lines), encoding="utf-8")
+
+
+def series_path(folder: Path | str, tag_pp: str | None = None, *, name: str = "output") -> Path:
+    """Name of the PVD file of a run.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Output folder.
+    tag_pp : str, optional
+        ``Output.Tag_PP`` of the deck.
+    name : str
+        First part of the file names.
+
+    Returns
+    -------
+    Path
+        ``output.pvd`` or ``output_<tag_pp>.pvd`` in the folder.
+
+    Raises
+    ------
+    InputError
+        If the tag does not fit into a file name.
+    """
+    stem = name if tag_pp in (None, "") else f"{name}_{_checked_tag_pp(tag_pp)}"
+    return Path(folder) / f"{stem}.pvd"
+
+
+def older_files(series: Path, listed: Iterable[str]) -> list[Path]:
+    """Files that are named like the outputs of a series without being listed in it.
+
+    Parameters
+    ----------
+    series : Path
+        The PVD file.
+    listed : iterable of str
+        Names of the files in the series.
+
+    Returns
+    -------
+    list of Path
+        Left over from an earlier run into the same folder.
+    """
+    pattern = re.compile(re.escape(series.stem) + r"_\d+\.vtu")
+    known = set(listed)
+    return sorted(
+        path
+        for path in series.parent.iterdir()
+        if pattern.fullmatch(path.name) and path.name not in known
+    )
 
 
 def read_pvd(path: Path | str) -> list[tuple[float, Path]]:
@@ -359,7 +391,7 @@ def _check_arrays(arrays: Mapping[str, Array], tags: Sequence[str], points: Arra
     if missing:
         raise ValueError(f"OutputWriter: no array for the tags {', '.join(missing)}")
     for tag, values in arrays.items():
-        width = NODE_TAGS.get(tag, 3 if np.ndim(values) == 2 else 1)
+        width = NODE_TAGS.get(tag, np.shape(values)[1] if np.ndim(values) == 2 else 1)
         shape = (len(points),) if width == 1 else (len(points), width)
         if np.shape(values) != shape:
             raise ValueError(f"OutputWriter: {tag} has shape {np.shape(values)}; {shape} is needed")
@@ -388,35 +420,3 @@ def _checked_tag_pp(tag_pp: str | None) -> str:
             "use letters, digits, '.', '_', '+' and '-' only"
         )
     return text
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"output folder {folder}: cannot be created: {error.strerror}; "
-            "choose another with Output.Path or --output"
-        ) from error
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(
-            f"output folder {folder}: is not writable; "
-            "change its permissions or choose another with Output.Path or --output"
-        )
-
-
-def _cannot_write(path: Path, reason: str) -> str:
-    return (
-        f"{path}: cannot be written: {reason}; free some space or "
-        "choose another folder with Output.Path or --output"
-    )
-
-
-def _sync_folder(folder: Path) -> None:
-    """Sync the folder's entries, so that a rename survives a power cut (POSIX only)."""
-    with suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)

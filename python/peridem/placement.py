@@ -12,6 +12,8 @@ from .errors import InputError
 
 _COLUMNS = ("i", "x", "y", "z", "r")
 _ORIENTATION = "o"
+_AXIS = ("ax", "ay", "az")
+_IGNORED = ("id",)  # the number of the body, in files written by a run
 _DATA_TYPES = ("loc_rad", "loc_rad_orient")
 _MOST_REPORTED = 20
 
@@ -29,9 +31,11 @@ class Placement:
     radius : float
         Size [m] of the body: its mesh is scaled by ``radius / leading length``.
     orientation : float or None
-        Angle [rad] about z; None when it is to be drawn at random (``loc_rad``).
+        Angle [rad] about `axis`; None when it is to be drawn at random (``loc_rad``).
     line : int
         Line of the file, counted from 1.
+    axis : tuple of float
+        Axis of the rotation by `orientation`, of any length; the z axis unless given.
     """
 
     zone: int
@@ -39,10 +43,11 @@ class Placement:
     radius: float
     orientation: float | None
     line: int
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
 
 def read_particle_locations(
-    path: str | os.PathLike[str], data_type: str, n_zones: int
+    path: str | os.PathLike[str], data_type: str, n_zones: int, *, dimension: int = 3
 ) -> list[Placement]:
     """Read the placement file; columns are found by their names.
 
@@ -50,11 +55,13 @@ def read_particle_locations(
     ----------
     path : path-like
         Comma-separated text whose first line names the columns i, x, y, z, r and, for
-        ``loc_rad_orient``, o.
+        ``loc_rad_orient``, o. Optional: ax, ay, az, the axis of the rotation by o in 3D.
     data_type : {"loc_rad", "loc_rad_orient"}
         The deck's ``File_Data_Type``.
     n_zones : int
         Number of zones of the deck.
+    dimension : int
+        Dimension of the model; in 2D bodies turn about z only.
 
     Returns
     -------
@@ -80,12 +87,13 @@ def read_particle_locations(
     for k, line in enumerate(lines[header_line + 1 :], header_line + 2):
         if not line.strip():
             continue
-        found = _row(line, columns, f"{path}:{k}", n_zones)
+        found = _row(line, columns, f"{path}:{k}", n_zones, dimension)
         if isinstance(found, list):
             problems += found
         else:
-            zone, site, radius, angle = found
-            placements.append(Placement(zone, site, radius, angle if with_orientation else None, k))
+            zone, site, radius, angle, axis = found
+            orientation = angle if with_orientation else None
+            placements.append(Placement(zone, site, radius, orientation, k, axis))
     if problems:
         more = len(problems) - _MOST_REPORTED
         tail = [f"{path}: and {more} more problems"] if more > 0 else []
@@ -121,16 +129,21 @@ def _lines(file: Path) -> list[str]:
 def _header(line: str, where: str, with_orientation: bool) -> list[str]:
     """Return the names of the columns, checked."""
     names = [name.strip() for name in line.split(",")]
-    known = (*_COLUMNS, _ORIENTATION)
+    known = (*_COLUMNS, _ORIENTATION, *_AXIS, *_IGNORED)
     problems = []
+    meant = set()
     for name in names:
         if name not in known:
-            remedy = _suggestion(name, known) or "; use i, x, y, z, r and o"
+            remedy = _suggestion(name, known)
+            meant.add(remedy.removeprefix("; did you mean ").removesuffix("?"))
+            remedy = remedy or "; use i, x, y, z, r and o"
             problems.append(f"{where}: column {name!r}: unknown{remedy}")
         elif names.count(name) > 1 and f"{where}: column {name!r}" not in "".join(problems):
             problems.append(f"{where}: column {name!r}: given more than once; keep one of them")
     needed = (*_COLUMNS, _ORIENTATION) if with_orientation else _COLUMNS
-    missing = [name for name in needed if name not in names]
+    if any(name in names for name in _AXIS):
+        needed = (*needed, *_AXIS)
+    missing = [name for name in needed if name not in names and name not in meant]
     if missing:
         remedy = "add it to header and lines"
         if missing == [_ORIENTATION]:
@@ -143,11 +156,14 @@ def _header(line: str, where: str, with_orientation: bool) -> list[str]:
     return names
 
 
-_Row = tuple[int, tuple[float, float, float], float, float]
+_Vector = tuple[float, float, float]
+_Row = tuple[int, _Vector, float, float, _Vector]
 
 
-def _row(line: str, columns: list[str], where: str, n_zones: int) -> _Row | list[str]:
-    """Return zone, site, radius and angle of a line, or what is wrong with it."""
+def _row(
+    line: str, columns: list[str], where: str, n_zones: int, dimension: int
+) -> _Row | list[str]:
+    """Return zone, site, radius, angle and axis of a line, or what is wrong with it."""
     texts = [text.strip() for text in line.split(",")]
     if len(texts) != len(columns):
         return [
@@ -174,10 +190,18 @@ def _row(line: str, columns: list[str], where: str, n_zones: int) -> _Row | list
         problems.append(
             f"{where}: r = {texts[columns.index('r')]}: must be positive; give the radius in m"
         )
+    axis = (values.get("ax", 0.0), values.get("ay", 0.0), values.get("az", 1.0))
+    if not any(axis):
+        problems.append(f"{where}: ax, ay, az = 0, 0, 0: an axis needs a direction; correct it")
+    elif dimension == 2 and any(axis[:2]):
+        problems.append(
+            f"{where}: ax, ay, az = {axis[0]:g}, {axis[1]:g}, {axis[2]:g}: must be 0, 0, 1 in 2D; "
+            "remove the columns"
+        )
     if problems:
         return problems
     site = (values["x"], values["y"], values["z"])
-    return int(values["i"]), site, values["r"], values.get(_ORIENTATION, 0.0)
+    return int(values["i"]), site, values["r"], values.get(_ORIENTATION, 0.0), axis
 
 
 def _suggestion(word: str, known: tuple[str, ...]) -> str:

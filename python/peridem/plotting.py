@@ -6,17 +6,15 @@ picture is a VTU file or a model; `save_picture` is the short way to a file.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .errors import InputError
-from .output import replace_file
-from .vtu import Array, read_vtu
+from .files import replace_file
+from .snapshot import FIELDS, Field, Mask, Snapshot
+from .vtu import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,8 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Snapshot", "plot_cells", "plot_nodes", "save_picture"]
 
-Mask = npt.NDArray[np.bool_]
-
 TORN = 1.3
 """An element with an edge longer than this times its reference length is left out."""
 _DAMAGE_CAP = 2.0
@@ -36,130 +32,6 @@ _INK = "0.25"
 _SOUND = "#e9eef4"
 _BROKEN = ((0.0, "#ffb347"), (0.5, "#e4572e"), (1.0, "#7d0a1e"))
 _CORNERS = {"triangle": 3, "quad": 4}
-
-
-@dataclass(frozen=True)
-class _Field:
-    """How a tag is drawn: where a model keeps it, its words, its unit."""
-
-    attribute: str
-    label: str
-    unit: str = ""
-    colours: str = "viridis"
-
-
-_FIELDS = {
-    "Damage_Z": _Field("damage_z", "Damage $Z = \\max\\,|s|/s_0$"),
-    "Damage": _Field("", "Fraction of broken bonds"),
-    "Displacement": _Field("u", "Displacement", "m"),
-    "Velocity": _Field("v", "Speed", "m/s"),
-    "Force_Density": _Field("f", "Force density", "N/m³"),
-    "Force": _Field("", "Force", "N"),
-    "Theta": _Field("theta", "Dilatation $\\theta$", "", "RdBu_r"),
-    "Nodal_Volume": _Field("volume", "Nodal volume"),
-    "Particle_ID": _Field("particle_id", "Body", "", "tab20"),
-    "Zone_ID": _Field("zone_id", "Zone", "", "tab10"),
-}
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """What a picture needs of one state.
-
-    Attributes
-    ----------
-    points : ndarray, shape (n_nodes, 3)
-        Current positions [m].
-    fields : dict of str to ndarray, shape (n_nodes,) or (n_nodes, 3)
-        Nodal values by tag.
-    cells : list of (str, ndarray of shape (m, k))
-        Elements with global node numbers; may be empty.
-    wall : ndarray of bool, shape (n_nodes,)
-        Nodes of walls, drawn in grey.
-    time : float or None
-        Simulated time [s].
-    """
-
-    points: npt.NDArray[np.float64]
-    fields: dict[str, Array]
-    cells: list[tuple[str, Array]] = field(default_factory=list)
-    wall: Mask = field(default_factory=lambda: np.zeros(0, dtype=bool))
-    time: float | None = None
-
-    def __post_init__(self) -> None:
-        if len(self.wall) != len(self.points):
-            object.__setattr__(self, "wall", np.zeros(len(self.points), dtype=bool))
-
-    @classmethod
-    def from_vtu(cls, path: Path | str, *, wall_zones: Sequence[int] = ()) -> Snapshot:
-        """Read a snapshot from a VTU file.
-
-        Parameters
-        ----------
-        path : Path or str
-            The file.
-        wall_zones : sequence of int
-            Zones (counted from 0) whose bodies are walls; the file does not say. Needs
-            the tag ``Zone_ID`` in the file.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read.
-        """
-        content = read_vtu(path)
-        zones = content["arrays"].get("Zone_ID")
-        wall = None if zones is None else np.isin(zones, list(wall_zones))
-        return cls(
-            points=content["points"],
-            fields=content["arrays"],
-            cells=content["cells"],
-            wall=np.zeros(0, dtype=bool) if wall is None else wall,
-            time=content["time"],
-        )
-
-    @classmethod
-    def from_model(cls, model: Any) -> Snapshot:
-        """Copy the present state of a `DEMModel`."""
-        state = model.state
-        fields = {
-            tag: np.array(getattr(state, known.attribute))
-            for tag, known in _FIELDS.items()
-            if known.attribute
-        }
-        fields["Force"] = fields["Force_Density"] * fields["Nodal_Volume"][:, None]
-        fields["Damage"] = model.broken_fraction()
-        wall = np.zeros(len(state.x), dtype=bool)
-        for body in model.particles:
-            wall[body.start : body.stop] = body.type == "wall"
-        return cls(
-            points=np.array(state.x),
-            fields=fields,
-            cells=[(name, np.array(nodes)) for name, nodes in model.cells],
-            wall=wall,
-            time=float(model.time),
-        )
-
-    @property
-    def is_3d(self) -> bool:
-        """Whether the nodes span a space rather than the xy-plane."""
-        size = np.ptp(self.points, axis=0)
-        return bool(size[2] > 1e-9 * size.max())
-
-    def values(self, tag: str) -> npt.NDArray[np.float64]:
-        """Scalar to be coloured: the field itself, or the length of a vector.
-
-        Raises
-        ------
-        InputError
-            If there is no such field.
-        """
-        if tag not in self.fields:
-            raise InputError(
-                f"picture: field = {tag}: is not in the data; use one of {', '.join(self.fields)}"
-            )
-        values = np.asarray(self.fields[tag], dtype=np.float64)
-        return values if values.ndim == 1 else np.linalg.norm(values, axis=1)
 
 
 def save_picture(
@@ -299,11 +171,15 @@ def plot_nodes(
     where = snapshot.points[:, :dimension].T * scale.factor
     scatter: Any = axes.scatter  # of a plain or a 3D box
     wall, grain = chosen & snapshot.wall, chosen & ~snapshot.wall
-    scatter(*where[:, wall], s=sizes[wall], color=_WALL_COLOUR, linewidth=0)
+    look: dict[str, Any] = {"linewidth": 0}
+    if snapshot.is_3d:  # a thin rim tells one disc from the next
+        look = {"linewidth": 0.3, "edgecolor": (0.0, 0.0, 0.0, 0.35), "depthshade": False}
+    see_through = 0.12 if snapshot.is_3d else 1.0
+    scatter(*where[:, wall], s=sizes[wall], color=_WALL_COLOUR, alpha=see_through, **look)
     # Damaged nodes last, so that a crack is not hidden below sound neighbours.
     order = np.flatnonzero(grain)[np.argsort(values[grain], kind="stable")]
     shown = scatter(
-        *where[:, order], s=sizes[order], c=values[order], cmap=colours, norm=norm, linewidth=0
+        *where[:, order], s=sizes[order], c=values[order], cmap=colours, norm=norm, **look
     )
     _finish(axes, snapshot, scale, field, shown)
     return axes
@@ -370,7 +246,7 @@ def _colour_scale(
         return _damage_colours(), Normalize(*(limits or (0.0, _DAMAGE_CAP)))
     if tag == "Damage":
         return _fraction_colours(), Normalize(*(limits or (0.0, 1.0)))
-    known = _FIELDS.get(tag)
+    known = FIELDS.get(tag)
     colours = colormaps[known.colours if known else "viridis"]
     finite = values[np.isfinite(values)]
     if limits is None and len(finite):
@@ -392,6 +268,7 @@ def _finish(
         space: Any = axes
         space.set(zlim=box[:, 2], zlabel=f"z [{scale.unit}]")
         space.set_box_aspect(np.diff(box, axis=0)[0])
+        space.zaxis.label.set_color(_INK)
     else:
         axes.set_aspect("equal")
         axes.spines[["top", "right"]].set_visible(False)
@@ -406,7 +283,7 @@ def _finish(
 
 
 def _colour_bar(axes: Axes, shown: Collection, tag: str) -> None:
-    known = _FIELDS.get(tag, _Field("", tag))
+    known = FIELDS.get(tag, Field("", tag))
     figure: Any = axes.figure
     low, high = shown.get_clim()
     damage = tag == "Damage_Z"

@@ -22,7 +22,8 @@ from .fields import (
 )
 from .shapes import Geometry
 
-#: Number of parameters of each function of time, T0 first.
+#: Number of parameters of each function of time, T0 first. A rotation [T0, cx, cy, cz] is about
+#: the z axis; three more, [ax, ay, az], are its axis.
 TIME_PARAMETERS = {
     "constant": 1,
     "linear": 1,
@@ -32,6 +33,7 @@ TIME_PARAMETERS = {
     "linear_step": 3,
     "linear_slow_fast": 4,
 }
+_WITH_AXIS = 7
 DISPLACEMENT_TIMES = ("constant", "linear", "quadratic", "sin", "rotation")
 FORCE_TIMES = ("constant", "linear", "linear_step", "linear_slow_fast", "sin")
 #: Number of parameters of each function of space.
@@ -61,17 +63,35 @@ class TimeFunction(Block):
     parameters: Numbers = key("Parameters", "the list [T0, ...] of its parameters", default=())
 
     def rules(self) -> Iterator[tuple[str, str]]:
-        """Yield missing parameters and periods of zero length."""
+        """Yield missing parameters, axes without direction and periods of zero length."""
         needed = TIME_PARAMETERS[self.type]
         if len(self.parameters) < needed:
             yield "Parameters", _count_problem(self.type, len(self.parameters), needed)
+        elif self.type == "rotation" and needed < len(self.parameters) != _WITH_AXIS:
+            yield (
+                "Parameters",
+                "must be [T0, cx, cy, cz] for a rotation about z, or [T0, cx, cy, cz, ax, ay, az] "
+                f"for one about an axis; has {len(self.parameters)} numbers",
+            )
+        elif self.rotation_axis == (0.0, 0.0, 0.0):
+            yield "Parameters", "must have an axis [ax, ay, az] that is not zero; correct it"
         elif self.type == "linear_step":
             growth, rest = self.parameters[1:3]
             if growth < 0 or rest < 0 or growth + rest == 0:
                 yield "Parameters", "needs times T1, T2 >= 0 with T1 + T2 > 0; check both"
 
+    @property
+    def rotation_axis(self) -> tuple[float, float, float] | None:
+        """Axis of a rotation that gives one; None otherwise."""
+        if self.type != "rotation" or len(self.parameters) != _WITH_AXIS:
+            return None
+        ax, ay, az = self.parameters[4:7]
+        return ax, ay, az
+
     def remarks(self) -> Iterator[tuple[str, str]]:
         """Yield parameters beyond those needed."""
+        if self.type == "rotation":
+            return
         if len(self.parameters) > TIME_PARAMETERS[self.type]:
             used = TIME_PARAMETERS[self.type]
             yield "Parameters", f"only the first {used} are used by {self.type}"

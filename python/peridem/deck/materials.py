@@ -54,6 +54,12 @@ class ElasticConstants:
     lame: float
     gc: float | None
 
+    @property
+    def usable(self) -> bool:
+        """Whether all moduli are finite, positive and distinct enough for a Poisson ratio."""
+        moduli = (self.e, self.k, self.g)
+        return all(0 < value < float("inf") for value in moduli) and -1 < self.nu < 0.5
+
 
 class InfluenceFunction(Block):
     """Material.Zone_k.Influence_Function: the weight J of a bond of normalised length a."""
@@ -207,6 +213,9 @@ class Material(Block):
             yield "E", "must be below 9 K, or G is not positive; check E and K"
         elif given == ("E", "G") and self.constants().nu >= 0.5:
             yield "E", "must be below 3 G, or K is not positive; check E and G"
+        elif not self.constants().usable:
+            names = " and ".join(given)
+            yield given[-1], f"does not fit {given[0]}: no finite moduli follow; check {names}"
 
     def _fracture_rules(self) -> Iterator[tuple[str, str]]:
         if self.fracture_energy is None and self.fracture_toughness is None:
@@ -227,6 +236,8 @@ class Material(Block):
             for position, name in enumerate(names):
                 if values[position] <= 0:
                     yield f"{path}[{position}]", f"must be positive; give the constant {name}"
+            if self.state_based and min(values) > 0 and not self.constants().usable:
+                yield path, "K and G do not fit: no finite moduli follow; check both"
 
     def constants(self) -> ElasticConstants:
         """All elastic constants from those given.
@@ -274,7 +285,7 @@ class Material(Block):
         shear = 2 * (1 + nu)
         gc = self.fracture_energy
         if gc is None and self.fracture_toughness is not None:
-            gc = self.fracture_toughness**2 / e
+            gc = self.fracture_toughness * self.fracture_toughness / e
         infinity = float("inf")
         return ElasticConstants(
             e=e,
@@ -333,6 +344,20 @@ class Contact(Block):
         default="centers",
     )
     node_damping: Flag = key("Node_Damping", "whether nodes are damped too", default=False)
+    friction_model: Literal["slip", "history"] = key(
+        "Friction_Model",
+        "the friction law: along the momentary slip, or a tangential spring with Coulomb's cap",
+        default="slip",
+    )
+    tangential_stiffness_ratio: Positive | None = key(
+        "Tangential_Stiffness_Ratio",
+        "the tangential stiffness as a fraction of Kn (Friction_Model: history); 2/7 when left out",
+    )
+    self_contact: Flag = key(
+        "Self_Contact",
+        "whether nodes of one body that were never bonded to each other touch (Zone_ii only)",
+        default=False,
+    )
     v_max: Positive | None = key("V_Max", "a velocity", unit="m/s", ignored="give Kn")
     delta_max: Positive | None = key("Delta_Max", "a length", unit="m", ignored="give Kn")
 
@@ -354,10 +379,14 @@ class Contact(Block):
                     )
 
     def remarks(self) -> Iterator[tuple[str, str]]:
-        """Yield V_Max and Delta_Max beside Kn."""
+        """Yield V_Max and Delta_Max beside Kn, and settings of a friction that is not used."""
         for name, value in (("V_Max", self.v_max), ("Delta_Max", self.delta_max)):
             if value is not None:
                 yield name, "has no effect beside Kn"
+        if self.tangential_stiffness_ratio is not None and self.friction_model != "history":
+            yield "Tangential_Stiffness_Ratio", "has no effect without Friction_Model: history"
+        elif self.friction_model == "history" and not self.friction_on:
+            yield "Friction_Model", "has no effect with Friction_On: false"
 
 
 class ContactCopy(Block):

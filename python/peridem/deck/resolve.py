@@ -313,6 +313,9 @@ def resolve_contacts(scope: Scope, zones: tuple[Zone, ...]) -> dict[Pair, Contac
             value = _follow(scope, "Contact", name, _copied_pair, required)
             if isinstance(value, Contact):
                 contacts[pair] = value
+                if value is items[name] and value.self_contact and pair[0] != pair[1]:
+                    text = "belongs to pairs Zone_ii: it is contact of a body with itself; move it"
+                    scope.problems.add(f"Contact.{name}.Self_Contact", text)
     return contacts
 
 
@@ -368,7 +371,15 @@ def _resolve_direction(scope: Scope, path: str, load: L) -> L:
                 f"{path}.Direction[{position}]",
                 f"must be at most {scope.dimension}, the dimension; remove it",
             )
-    return load if load.direction else load.model_copy(update={"direction": (1, 2)})
+    axis = load.time_function.rotation_axis
+    if scope.dimension == 2 and axis is not None and any(axis[:2]):
+        scope.problems.add(
+            f"{path}.Time_Function.Parameters",
+            "must have the axis (0, 0, 1) in 2D; give [T0, cx, cy, cz] alone",
+        )
+    if load.direction:
+        return load
+    return load.model_copy(update={"direction": (1, 2) if axis is None else (1, 2, 3)})
 
 
 def resolve_initial_velocity(scope: Scope) -> InitialVelocity | None:

@@ -72,7 +72,7 @@ def _stations(
     start: float, end: float, h: float, axis: str, where: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Node positions along a side and their trapezoidal weights [m]."""
-    length = end - start
+    length = float(end) - float(start)
     n = int(min(length / h, 1e18))
     if n < 1:
         raise InputError(

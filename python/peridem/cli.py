@@ -1,0 +1,381 @@
+"""The command `peridem`: run a deck, go on with a run, check a deck, run the demonstration.
+
+Exit codes: 0 success, 2 bad input or usage, 3 numerical failure, 130 stopped by Ctrl-C, 143 by
+SIGTERM.
+"""
+
+from __future__ import annotations
+
+import functools
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn, ParamSpec, TypeVar
+
+import click
+from rich.console import Console, RenderableType
+
+from . import __version__
+from .errors import InputError, NumericalError
+from .interrupt import Terminated
+from .model import DEMModel
+from .output import older_files, read_pvd, series_path
+from .plotting import save_picture
+from .runlog import RunLog, show_progress
+from .summary import (
+    facts,
+    output_plan,
+    time_text,
+    timing_rows,
+    timing_table,
+    zone_table,
+)
+
+__all__ = ["main"]
+
+BAD_INPUT = 2
+NUMERICAL_FAILURE = 3
+STOPPED = 130
+
+DEMO_DECK = Path(__file__).parent / "demo" / "input.yaml"
+DEMO_PICTURE = "peridem_demo.png"
+LOG_NAME = "peridem.log"
+PIPE_WIDTH = 120
+"""Characters in a line of a table that does not go to a terminal."""
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def _fail(text: str, code: int) -> NoReturn:
+    click.echo(f"peridem: {text}", err=True)
+    raise SystemExit(code)
+
+
+def _with_exit_codes(command: Callable[P, R]) -> Callable[P, R]:
+    """Turn the package's errors into a message on stderr and an exit code."""
+
+    @functools.wraps(command)
+    def guarded(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return command(*args, **kwargs)
+        except InputError as error:
+            _fail(f"error: {error}", BAD_INPUT)
+        except NumericalError as error:
+            _fail(f"numerical failure: {error}", NUMERICAL_FAILURE)
+        except MemoryError:
+            _fail("error: not enough memory; use fewer or coarser bodies", BAD_INPUT)
+        except KeyboardInterrupt:
+            _fail("stopped by Ctrl-C", STOPPED)
+
+    return guarded
+
+
+DECK = click.argument("deck", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+THREADS = click.option(
+    "--threads",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Threads to use; all cores if left out.",
+)
+COMPATIBILITY = click.option(
+    "--compatibility",
+    type=click.Choice(["original", "corrected"]),
+    help="Reproduce the original program's known defects, or correct them (the default).",
+)
+STRICT = click.option(
+    "--strict", is_flag=True, help="Refuse a time step above the estimated stable one."
+)
+STEPS = click.option("--steps", type=click.IntRange(min=0), metavar="N", help="Stop after N steps.")
+CHECKPOINT_EVERY = click.option(
+    "--checkpoint-every",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Write a checkpoint every N steps, to go on from with `peridem resume`.",
+)
+QUIET = click.option("--quiet", is_flag=True, help="Print warnings and errors only.")
+ALLOW_OVERLAP = click.option(
+    "--allow-overlap", is_flag=True, help="Accept bodies that overlap at the start."
+)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="peridem")
+def main() -> None:
+    """Granular media whose grains deform and break."""
+
+
+@main.command()
+@DECK
+@THREADS
+@click.option(
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="Folder for the results, instead of the deck's Output.Path.",
+)
+@STEPS
+@CHECKPOINT_EVERY
+@COMPATIBILITY
+@STRICT
+@ALLOW_OVERLAP
+@QUIET
+@_with_exit_codes
+def run(
+    *,
+    deck: Path,
+    threads: int | None,
+    output: Path | None,
+    steps: int | None,
+    checkpoint_every: int | None,
+    compatibility: str | None,
+    strict: bool,
+    allow_overlap: bool,
+    quiet: bool,
+) -> None:
+    """Run DECK, an input file in YAML.
+
+    Ctrl-C and SIGTERM stop the run after the current step, with a checkpoint.
+    """
+    model = DEMModel.from_deck(
+        deck,
+        threads=threads,
+        compatibility=compatibility,
+        strict=strict,
+        allow_overlap=allow_overlap,
+    )
+    _run(model, _Job(output, steps, checkpoint_every, quiet))
+
+
+@main.command()
+@click.argument("output_dir", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@THREADS
+@STEPS
+@CHECKPOINT_EVERY
+@click.option("--tag", metavar="TAG", help="Tag_PP of the run, if OUTPUT_DIR has several.")
+@QUIET
+@_with_exit_codes
+def resume(
+    *,
+    output_dir: Path,
+    threads: int | None,
+    steps: int | None,
+    checkpoint_every: int | None,
+    tag: str | None,
+    quiet: bool,
+) -> None:
+    """Go on with the run whose results are in OUTPUT_DIR, from its newest checkpoint."""
+    model = DEMModel.resume(output_dir, threads=threads, tag=tag)
+    _run(model, _Job(output_dir, steps, checkpoint_every, quiet, resumed=True))
+
+
+@main.command()
+@DECK
+@COMPATIBILITY
+@STRICT
+@ALLOW_OVERLAP
+@_with_exit_codes
+def check(*, deck: Path, compatibility: str | None, strict: bool, allow_overlap: bool) -> None:
+    """Say what DECK describes, or what is wrong with it, without running it."""
+    model = DEMModel.from_deck(
+        deck, compatibility=compatibility, strict=strict, allow_overlap=allow_overlap
+    )
+    model.init()
+    out = _console()
+    _print(out, f"deck: {deck} (sha256 {model.deck.sha256})")
+    for name, text in facts(model):
+        _print(out, f"{name}: {text}")
+    _print(out, f"output: {output_plan(model)}, in {_folder(model, None)}")
+    out.print(zone_table(model))
+    for text in _remarks(model):
+        _print(out, text)
+    _print(out, "The deck can be run.")
+
+
+@main.command()
+@click.option(
+    "--threads",
+    type=click.IntRange(min=1),
+    default=1,
+    metavar="N",
+    help="Threads to use; one if left out, since two grains are little work.",
+)
+@click.option(
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path(),
+    metavar="DIR",
+    help="Folder for the results; the current one if left out.",
+)
+@_with_exit_codes
+def demo(*, threads: int, output: Path) -> None:
+    """Run a small impact in which a grain breaks, and draw it."""
+    model = _run(DEMModel.from_deck(DEMO_DECK, threads=threads), _Job(output))
+    picture = save_picture(output / DEMO_PICTURE, model, field="Damage")
+    series = series_path(output, model.deck.output.tag_pp)
+    out = _console()
+    _print(out, f"Look at {picture}: a disc has struck a grain in its waist and broken it in two.")
+    _print(out, f"In ParaView open {series}, press Apply and colour by Damage_Z.")
+    _print(out, f"The deck is {DEMO_DECK}: copy its folder, change it, and `peridem run` it.")
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What a run is asked to do; None is the deck's choice."""
+
+    output: Path | None = None
+    steps: int | None = None
+    checkpoint_every: int | None = None
+    quiet: bool = False
+    resumed: bool = False
+
+
+def _run(model: DEMModel, job: _Job) -> DEMModel:
+    """Run a model with log and progress, and say what came of it."""
+    out, err = _console(), _console(stderr=True)
+    folder = _folder(model, job.output)
+    with RunLog(folder / LOG_NAME, append=job.resumed) as log:
+        began = clock.perf_counter()
+        model.init()
+        _open_log(log, job, model)
+        for text in _remarks(model):
+            log.write(text)
+            if not job.quiet or text.startswith("warning"):
+                _print(err, text)
+        first = model.n
+        last = model.n_steps if job.steps is None else first + job.steps
+        written = _Written(folder, model)
+        ending = "stopped by an error"
+        try:
+            with show_progress(err, first, last, quiet=job.quiet) as progress:
+                model.run(
+                    output=folder,
+                    steps=job.steps,
+                    progress=progress,
+                    checkpoint_every=job.checkpoint_every,
+                )
+            ending = "stopped by Output_Criteria" if model.stop_reason else "finished"
+        except KeyboardInterrupt:
+            ending = "stopped by Ctrl-C"
+            raise
+        except Terminated:
+            ending = "stopped by SIGTERM"
+            raise
+        except NumericalError as error:
+            ending = "stopped by a numerical failure"
+            log.write(f"error: {error}")
+            raise
+        except InputError as error:
+            log.write(f"error: {error}")
+            raise
+        finally:
+            seconds = clock.perf_counter() - began
+            report = _Report(model, ending, seconds, model.n - first, written)
+            at_end = ending in ("finished", "stopped by Output_Criteria")
+            report.show(log, None if job.quiet else out, out if at_end else err)
+    return model
+
+
+class _Written:
+    """The result files of this run, told from those of an earlier one by their time."""
+
+    def __init__(self, folder: Path, model: DEMModel) -> None:
+        self.series = series_path(folder, model.deck.output.tag_pp or None)
+        self._before = self._stamp()
+
+    def _stamp(self) -> int | None:
+        return self.series.stat().st_mtime_ns if self.series.exists() else None
+
+    def text(self) -> list[str]:
+        """Lines that say what was written and what was there before."""
+        if self._stamp() in (None, self._before):
+            return ["no vtu files were written"]
+        names = [path.name for _, path in read_pvd(self.series)]
+        lines = [
+            f"{len(names)} vtu files in {self.series.parent}; open {self.series.name} in ParaView"
+        ]
+        older = older_files(self.series, names)
+        if older:
+            lines.append(
+                f"note: {len(older)} vtu files of an earlier run are left in the folder "
+                f"({older[0].name}, ...); {self.series.name} does not list them"
+            )
+        return lines
+
+
+@dataclass(frozen=True)
+class _Report:
+    """The end of a run: what was reached, what was written, where the time went."""
+
+    model: DEMModel
+    ending: str
+    seconds: float
+    steps: int
+    written: _Written
+
+    def lines(self) -> list[str]:
+        known: dict[str, Any] = self.model.summary()
+        return [
+            f"{self.ending} after step {self.model.n}, t = {time_text(self.model.time)}; "
+            f"{known['broken_bonds']} of {known['bonds']} bonds are broken",
+            *([known["stop_reason"]] if known["stop_reason"] else []),
+            *self.written.text(),
+            *self._going_on(),
+        ]
+
+    def _going_on(self) -> list[str]:
+        """Say how to go on, when the run has more steps to take and a checkpoint for that."""
+        checkpoint = self.model.last_checkpoint
+        if checkpoint is None or self.model.n >= self.model.n_steps:
+            return []
+        return [f"go on from {checkpoint.name} with `peridem resume {checkpoint.parent}`"]
+
+    def show(self, log: RunLog, table_on: Console | None, lines_on: Console) -> None:
+        """Write everything to the log, and to consoles unless the run is to be quiet."""
+        rows = timing_rows(self.model.timings, self.seconds, self.steps)
+        for line in self.lines():
+            log.write(line)
+            if table_on is not None or lines_on.stderr:
+                _print(lines_on, line[:1].upper() + line[1:])
+        for name, seconds, share, per_step in rows:
+            log.write(
+                f"time: {name:<16} {seconds:10.3f} s {100 * share:6.1f} % {per_step:10.1f} us/step"
+            )
+        if table_on is not None and self.steps:
+            table_on.print(timing_table(rows))
+
+
+def _open_log(log: RunLog, job: _Job, model: DEMModel) -> None:
+    log.write(f"peridem {__version__}")
+    log.write(f"deck: {model.deck.path} (sha256 {model.deck.sha256})")
+    if job.resumed:
+        log.write(f"resumed from {model.last_checkpoint} after step {model.n}")
+    for name, text in facts(model):
+        log.write(f"{name}: {text}")
+    log.write(f"threads: {model.threads}")
+    log.write(f"output: {output_plan(model)}")
+    if job.steps is not None:
+        log.write(f"steps asked for: {job.steps}")
+
+
+def _remarks(model: DEMModel) -> list[str]:
+    """List the notes of the deck and the warnings of the model, each one line."""
+    return [f"note: {text}" for text in model.notes] + [
+        f"warning: {text}" for text in model.warnings
+    ]
+
+
+def _folder(model: DEMModel, output: Path | None) -> Path:
+    return output if output is not None else model.deck.path.parent / model.deck.output.path
+
+
+def _console(*, stderr: bool = False) -> Console:
+    console = Console(stderr=stderr, highlight=False)
+    if not console.is_terminal:
+        console.width = PIPE_WIDTH
+    return console
+
+
+def _print(console: Console, text: RenderableType) -> None:
+    console.print(text, markup=False, highlight=False, soft_wrap=True)
