@@ -1,0 +1,17 @@
+"""Puts the tests' own modules, `helpers` and `reference`, within reach of every test."""
+
+from pathlib import Path
+
+import pytest
+from helpers import DeckFolder
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let the number of mutated decks be chosen."""
+    parser.addoption("--fuzz", type=int, metavar="N", help="run N more mutants of decks and files")
+
+
+@pytest.fixture
+def deck_folder(tmp_path: Path) -> DeckFolder:
+    """Decks with their meshes in a temporary folder."""
+    return DeckFolder(tmp_path)

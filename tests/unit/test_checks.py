@@ -1,0 +1,170 @@
+"""What is checked before the first step: overlap, time step, ids, container."""
+
+import numpy as np
+import pytest
+from helpers import GRAIN_RADIUS, disc_mesh
+from peridem import DEMModel
+from peridem.checks import check_model, find_overlaps
+from peridem.errors import InputError
+
+R = GRAIN_RADIUS
+SPACING = R / 6  # of the rings of a disc, the smallest distance of its nodes without jiggle
+
+
+def grains(deck_folder, offset, **changes):
+    """Two equal discs without jiggle, not turned; their nearest nodes are offset - 2 R apart."""
+    deck = deck_folder.grains()
+    deck_folder.mesh("disc_6_1", disc_mesh(R))
+    deck_folder.mesh("disc_6_2", disc_mesh(R))
+    deck_folder.places((0, 0, 0, 0, R, 0), (1, *offset, 0, R, 0))
+    return deck_folder.write({**deck, **changes})
+
+
+def initialised(path, **options):
+    model = DEMModel.from_deck(path, threads=1, **options)
+    model.init()
+    return model
+
+
+@pytest.mark.parametrize(("fraction", "overlap"), [(0.501, False), (0.499, True)])
+def test_nodes_overlap_below_half_the_contact_radius(deck_folder, fraction, overlap):
+    # Rc = 0.95 h (helpers.CONTACT); both discs have a node on the x axis
+    path = grains(deck_folder, (2 * R + fraction * 0.95 * SPACING, 0))
+    model = initialised(path, allow_overlap=True)
+    found = find_overlaps(model)
+    assert len(found) == overlap
+    if overlap:
+        # nodes 91 = 1 + 3 5 6 and 91 + 18 of the outer ring lie at angles 0 and pi
+        assert (found[0].bodies, found[0].nodes) == ((0, 1), (91, 109))
+        assert found[0].distance == pytest.approx(fraction * 0.95 * SPACING, rel=1e-9)
+        assert not found[0].inside
+
+
+def test_node_inside_an_element_is_an_overlap(deck_folder):
+    # Nodes of one disc in the middles of the elements of the other, farther than Rc/2 from
+    # every node when the contact radius is small.
+    path = grains(deck_folder, (1.5 * R, 0.4 * SPACING))
+    text = path.read_text().replace('"Contact_Radius_Factor": 0.95', '"Contact_Radius_Factor": 0.1')
+    path.write_text(text)
+    with pytest.raises(InputError, match="inside an element"):
+        initialised(path)
+
+
+def test_refused_overlap_names_bodies_distance_and_remedy(deck_folder):
+    path = grains(deck_folder, (2 * R + 0.25 * SPACING, 0))
+    with pytest.raises(InputError) as caught:
+        initialised(path)
+    text = str(caught.value)
+    places = deck_folder.folder / "places.csv"
+    assert text.startswith(f"{places}:2: bodies 0 and 1 (from {places}:3) overlap at the start: ")
+    assert "distance = 4.17e-05 m between their nodes 91 and 109" in text  # R / 24
+    assert "must be at least 0.5 of the contact radius 0.000158 m" in text  # 0.95 R / 6
+    assert "--allow-overlap" in text
+
+
+def test_init_refuses_again_after_a_refusal(deck_folder):
+    model = DEMModel.from_deck(grains(deck_folder, (R, 0)), threads=1)
+    for _ in range(2):
+        with pytest.raises(InputError, match="overlap"):
+            model.init()
+
+
+def test_allowed_overlap_runs(deck_folder):
+    model = initialised(grains(deck_folder, (2 * R + 0.25 * SPACING, 0)), allow_overlap=True)
+    model.step(1)
+    # the discs push each other apart
+    assert model.state.v[model.particles[1].start :, 0].max() > 0
+
+
+@pytest.mark.parametrize("flag", ["Is_Wall", "All_Dofs_Constrained"])
+def test_walls_and_bodies_that_never_move_may_overlap(deck_folder, flag):
+    deck = deck_folder.grains(offset=(R, 0))
+    for zone in ("Zone_1", "Zone_2"):
+        deck["Particle"][zone] = {**deck["Particle"][zone], flag: True}
+        deck["Zone"][zone] = {}
+    path = deck_folder.write(deck)
+    assert find_overlaps(initialised(path)) == []
+
+
+def test_a_body_in_the_hole_of_another_does_not_overlap(deck_folder):
+    # a ring: the disc without the elements within 0.7 R
+    mesh = disc_mesh(R, 12)
+    far = np.linalg.norm(mesh.points[mesh.cells].mean(axis=1), axis=1) > 0.7 * R
+    used, cells = np.unique(mesh.cells[far], return_inverse=True)
+    ring = type(mesh)(mesh.points[used], cells.reshape(-1, 3))
+    deck = deck_folder.grains()
+    deck_folder.mesh("disc_6_1", ring)
+    deck_folder.mesh("disc_6_2", disc_mesh(R))
+    deck_folder.places((0, 0, 0, 0, R, 0), (1, 0, 0, 0, 0.4 * R, 0))
+    deck["Material"]["Zone_2"] = {**deck["Material"]["Zone_2"], "Horizon": 3e-4}
+    assert find_overlaps(initialised(deck_folder.write(deck))) == []
+
+
+def with_time_step(deck_folder, dt):
+    return deck_folder.write(deck_folder.grains(dt=dt))
+
+
+def test_time_step_above_the_bonds_limit_is_a_warning_and_strictly_an_error(deck_folder):
+    limit = initialised(with_time_step(deck_folder, 1e-7)).stable_time_step().bonds
+    path = with_time_step(deck_folder, 1.01 * limit)
+    (warning,) = initialised(path).warnings
+    line = next(
+        n for n, text in enumerate(path.read_text().splitlines(), 1) if "Time_Steps" in text
+    )
+    assert warning.startswith(f"{path.name}:{line}: Model.Time_Steps = 1000: the time step ")
+    assert warning.endswith("use at least 1010")  # 1000 steps, 1.01 times too long
+    with pytest.raises(InputError, match="is above the estimated stable one"):
+        initialised(path, strict=True)
+
+
+def test_time_step_below_the_bonds_limit_is_silent(deck_folder):
+    limit = initialised(with_time_step(deck_folder, 1e-7)).stable_time_step().bonds
+    assert initialised(with_time_step(deck_folder, 0.99 * limit), strict=True).warnings == []
+
+
+def test_time_step_above_the_contact_limit_alone_is_a_note(deck_folder):
+    deck = deck_folder.grains()
+    stiff = {**deck["Contact"]["Zone_12"], "Kn": 1e4 * deck["Contact"]["Zone_12"]["Kn"]}
+    deck["Contact"]["Zone_12"] = stiff
+    model = initialised(deck_folder.write(deck), strict=True)
+    assert model.warnings == []
+    (note,) = model.notes
+    assert "two nodes in full contact" in note
+
+
+def test_body_of_a_compressive_test_must_exist(deck_folder):
+    deck = deck_folder.grains()
+    deck["Particle"]["Test_Name"] = "compressive_test"
+    test = {"Particle_Id": 2, "Particle_Force_Direction": 2}
+    deck["Particle"]["Compressive_Test"] = test
+    with pytest.raises(
+        InputError, match="Particle_Id = 2: no such body: the deck has bodies 0 to 1"
+    ):
+        initialised(deck_folder.write(deck))
+
+
+def test_particle_outside_the_container_is_a_warning(deck_folder):
+    deck = deck_folder.grains()
+    deck["Container"] = {"Geometry": {"Type": "circle", "Parameters": [1.5 * R, 0, 0, 0]}}
+    (warning,) = initialised(deck_folder.write(deck)).warnings
+    assert "Container.Geometry: the centre of body 1 is outside" in warning
+
+
+def test_hollow_container_is_taken_as_its_box(deck_folder):
+    deck = deck_folder.grains()
+    deck["Container"] = {
+        "Geometry": {
+            "Type": "complex",
+            "Vec_Type": ["circle", "circle"],
+            "Vec_Flag": ["plus", "minus"],
+            "Parameters": [5 * R, 0, 0, 0, 4 * R, 0, 0, 0],
+        }
+    }
+    assert initialised(deck_folder.write(deck)).warnings == []
+
+
+def test_check_model_returns_what_init_keeps(deck_folder):
+    deck = deck_folder.grains()
+    deck["Container"] = {"Geometry": {"Type": "circle", "Parameters": [1.5 * R, 0, 0, 0]}}
+    model = initialised(deck_folder.write(deck))
+    assert check_model(model) == model.warnings
