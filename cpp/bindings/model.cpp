@@ -190,7 +190,9 @@ void bindModel(py::module_& m) {
       .def("restore", &restore, py::arg("n"), py::arg("time"), py::arg("nodes"),
            py::arg("elongations"))
       .def("compute_external_forces", &DEMModel::computeExternalForces, Release())
-      .def("compute_external_displacement_bc", &DEMModel::computeExternalDisplacementBC, Release())
+      .def(
+          "compute_external_displacement_bc",
+          [](DEMModel& model) { model.computeExternalDisplacementBC(); }, Release())
       .def("stable_time_step",
            [](const DEMModel& model) {
              const auto limit = model.stableTimeStep();

@@ -36,6 +36,10 @@ class ContactForce {
   std::vector<SlipRecord> slips() const;
   void setSlips(const std::vector<SlipRecord>& records);
 
+  // Upper bound of the motion of any node since the last updateSearch().
+  void noteTravel(Real distance) { search_.noteTravel(distance); }
+  void noteAnyTravel() { search_.noteAnyTravel(); }
+
   const ContactLaw& law(const Particle& p, const Particle& q) const {
     return laws_[static_cast<std::size_t>(p.zone) * n_zones_ + static_cast<std::size_t>(q.zone)];
   }

@@ -1,7 +1,11 @@
 #include "contact_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+#include <utility>
+
+#include "cell_grid.h"
 
 namespace peridem {
 
@@ -19,8 +23,10 @@ ContactSearch::ContactSearch(const std::vector<Particle>& bodies, Real reach, Re
                std::find(self_contact_.begin(), self_contact_.end(), 1) != self_contact_.end())),
       boxes_(bodies.size()) {}
 
-bool ContactSearch::needsRebuild(const State& state, int threads) const {
+bool ContactSearch::needsRebuild(const State& state, int threads) {
   if (!needed_) return false;
+  moved_ += std::exchange(travel_, unknown);
+  if (moved_ < skin_ / 2) return false;
   const std::size_t n = state.size();
   if (x_built_.size() != n) return true;
   Real farthest = 0;
@@ -31,7 +37,8 @@ bool ContactSearch::needsRebuild(const State& state, int threads) const {
     const Real squared = (state.x[i] - x_built_[i]).squaredNorm();
     farthest = squared <= farthest ? farthest : squared;
   }
-  return !(farthest < skin_ * skin_ / 4);
+  moved_ = std::sqrt(farthest);
+  return !(moved_ < skin_ / 2);
 }
 
 // Bodies whose boxes, grown by half the margin each, overlap: sweep along x.
@@ -108,33 +115,41 @@ void ContactSearch::rebuild(const State& state, const BondTable& bonds,
   const BodyPairs pairs = bodyPairs(state, bodies, radius, threads);
   const std::vector<Index> near = nodesNearOthers(state, bodies, pairs, radius, threads);
 
-  std::vector<Vec3> points(near.size());
-  for (std::size_t k = 0; k < near.size(); ++k)
-    points[k] = state.x[static_cast<std::size_t>(near[k])];
-  const AdjacencyList all = neighborsWithin(points, radius, threads);
+  const CellGrid grid(state.x, near, radius);
+  const auto body_of = [&](Index node) -> const Particle& {
+    return bodies[static_cast<std::size_t>(state.particle_id[static_cast<std::size_t>(node)])];
+  };
+
+  std::vector<std::vector<Index>> rows(near.size());
+#pragma omp parallel for num_threads(threads) \
+    schedule(dynamic, 256) if (near.size() > nodes_worth_threads / 4)
+  for (std::size_t k = 0; k < near.size(); ++k) {
+    const Index i = near[k];
+    const Particle& p = body_of(i);
+    const bool touches_itself = self_contact_[static_cast<std::size_t>(p.id)];
+    auto& row = rows[k];
+    grid.forEachNear(i, [&](Index j) {
+      const bool own = state.particle_id[static_cast<std::size_t>(j)] == p.id;
+      if (own && !touches_itself) return;
+      const Vec3 dx = state.x[static_cast<std::size_t>(j)] - state.x[static_cast<std::size_t>(i)];
+      if (!(dx.squaredNorm() < radius * radius)) return;
+      if (own ? i != j && !bonds.everBonded(i, j) : mayTouch(p, body_of(j))) row.push_back(j);
+    });
+    std::sort(row.begin(), row.end());
+  }
 
   nodes_.clear();
   candidates_.offsets.assign(1, 0);
   candidates_.indices.clear();
-  const auto body_of = [&](Index node) -> const Particle& {
-    return bodies[static_cast<std::size_t>(state.particle_id[static_cast<std::size_t>(node)])];
-  };
   for (std::size_t k = 0; k < near.size(); ++k) {
-    const Particle& p = body_of(near[k]);
-    const std::size_t before = candidates_.indices.size();
-    for (const Index other : all.links(static_cast<Index>(k))) {
-      const Index j = near[static_cast<std::size_t>(other)];
-      const Particle& q = body_of(j);
-      const bool own = p.id == q.id && self_contact_[static_cast<std::size_t>(p.id)] &&
-                       !bonds.everBonded(near[k], j);
-      if (own || mayTouch(p, q)) candidates_.indices.push_back(j);
-    }
-    if (candidates_.indices.size() == before) continue;
+    if (rows[k].empty()) continue;
     nodes_.push_back(near[k]);
+    candidates_.indices.insert(candidates_.indices.end(), rows[k].begin(), rows[k].end());
     candidates_.offsets.push_back(static_cast<Offset>(candidates_.indices.size()));
   }
   rebuildCenterPairs(state, bodies);
   x_built_ = state.x;
+  moved_ = 0;
   ++rebuilds_;
 }
 

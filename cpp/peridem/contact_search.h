@@ -1,6 +1,7 @@
 // Which nodes of different bodies may touch: candidate lists with a skin, kept over many steps.
 #pragma once
 
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -21,8 +22,14 @@ class ContactSearch {
   ContactSearch(const std::vector<Particle>& bodies, Real reach, Real skin,
                 std::vector<char> self_contact);
 
-  // Whether some node has moved too far since the lists were built.
-  bool needsRebuild(const State& state, int threads) const;
+  // Whether some node has moved too far since the lists were built. Looks at all nodes, unless the
+  // travel noted since the last look shows that none can have.
+  bool needsRebuild(const State& state, int threads);
+
+  // Before the next needsRebuild(): no node has moved by more than `distance` since the last one.
+  void noteTravel(Real distance) { travel_ = distance; }
+  // Nodes may have gone anywhere: the next needsRebuild() looks at all of them.
+  void noteAnyTravel() { moved_ = unknown; }
   void rebuild(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
                int threads);
 
@@ -47,6 +54,8 @@ class ContactSearch {
   std::vector<Index> nodesNearOthers(const State& state, const std::vector<Particle>& bodies,
                                      const BodyPairs& pairs, Real margin, int threads) const;
 
+  static constexpr Real unknown = std::numeric_limits<Real>::infinity();
+
   struct Box {
     Vec3 lower, upper;
   };
@@ -60,6 +69,8 @@ class ContactSearch {
   std::vector<Index> nodes_;
   AdjacencyList candidates_;
   BodyPairs center_pairs_;
+  Real moved_ = unknown;   // upper bound of the motion since the last build
+  Real travel_ = unknown;  // and of that since the last look
   Offset rebuilds_ = 0;
 };
 

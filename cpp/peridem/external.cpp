@@ -1,6 +1,7 @@
 #include "external.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -110,39 +111,46 @@ std::pair<Real, Real> translation(const TimeFunction& function, Real a, Real t,
   return {a, 0};
 }
 
-void setDirection(State& state, std::size_t i, int d, Real u, Real v) {
+Real setDirection(State& state, std::size_t i, int d, Real u, Real v) {
+  const Real before = state.x[i][d];
   state.u[i][d] = u;
   state.v[i][d] = v;
   state.x[i][d] = state.x_ref[i][d] + u;
+  return std::abs(state.x[i][d] - before);
 }
 
 }  // namespace
 
-void prescribeDisplacements(State& state, std::span<const DisplacementSet> sets, Real t,
+Real prescribeDisplacements(State& state, std::span<const DisplacementSet> sets, Real t,
                             Compatibility mode) {
+  Real longest = 0;
+  const auto set_direction = [&](std::size_t node, int d, Real u, Real v) {
+    longest = std::max(longest, setDirection(state, node, d, u, v));
+  };
   for (const DisplacementSet& set : sets) {
     if (set.zero_displacement) {
       for (const Index node : set.nodes)
         for (int d = 0; d < 3; ++d)
           if (hasDirection(set.directions, d))
-            setDirection(state, static_cast<std::size_t>(node), d, 0, 0);
+            set_direction(static_cast<std::size_t>(node), d, 0, 0);
     } else if (set.time_function.type == TimeFunctionType::rotation) {
       const Rotation rotation(set, t);
       for (const Index node : set.nodes) {
         const auto i = static_cast<std::size_t>(node);
         const Motion motion = rotation.at(state.x_ref[i]);
         for (int d = 0; d < 3; ++d)
-          if (hasDirection(set.directions, d)) setDirection(state, i, d, motion.u[d], motion.v[d]);
+          if (hasDirection(set.directions, d)) set_direction(i, d, motion.u[d], motion.v[d]);
       }
     } else {
       for (std::size_t k = 0; k < set.nodes.size(); ++k) {
         const auto [u, v] = translation(set.time_function, set.amplitude[k], t, mode);
         for (int d = 0; d < 3; ++d)
           if (hasDirection(set.directions, d))
-            setDirection(state, static_cast<std::size_t>(set.nodes[k]), d, u, v);
+            set_direction(static_cast<std::size_t>(set.nodes[k]), d, u, v);
       }
     }
   }
+  return longest;
 }
 
 void applyInitialVelocity(State& state, const std::vector<Particle>& bodies,

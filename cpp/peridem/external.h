@@ -17,8 +17,9 @@ Real forceTimeFactor(const TimeFunction& function, Real t);
 void addExternalForces(State& state, const Vec3& gravity, std::span<const ForceSet> sets, Real t,
                        int threads);
 
-// Sets u, v and x of the prescribed directions at time t.
-void prescribeDisplacements(State& state, std::span<const DisplacementSet> sets, Real t,
+// Sets u, v and x of the prescribed directions at time t. Returns the longest way a node went in
+// one direction.
+Real prescribeDisplacements(State& state, std::span<const DisplacementSet> sets, Real t,
                             Compatibility mode);
 
 void applyInitialVelocity(State& state, const std::vector<Particle>& bodies,

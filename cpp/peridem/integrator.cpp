@@ -1,5 +1,6 @@
 #include "integrator.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace peridem {
@@ -14,41 +15,45 @@ bool isFree(std::uint8_t locked, int d) {
 
 }  // namespace
 
-bool kickAndDrift(State& state, const std::vector<std::uint8_t>& locked, Real k, Real dt,
+Kick kickAndDrift(State& state, const std::vector<std::uint8_t>& locked, Real k, Real dt,
                   Real speed_limit, int dimension, int threads) {
   const std::size_t n = state.size();
   int bad = 0;
-#pragma omp parallel for num_threads(threads) schedule(static) \
-    reduction(| : bad) if (n > nodes_worth_threads)
+  Real fastest = 0;
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(| : bad) \
+    reduction(max : fastest) if (n > nodes_worth_threads)
   for (std::size_t i = 0; i < n; ++i) {
     const Real k_by_rho = k / state.density[i];
     for (int d = 0; d < dimension; ++d) {
       if (!isFree(locked[i], d)) continue;
       const Real v = state.v[i][d] + k_by_rho * state.f[i][d];
       bad |= !(std::abs(v) < speed_limit);
+      fastest = std::max(fastest, std::abs(v));
       state.v[i][d] = v;
       state.u[i][d] += dt * v;
       state.x[i][d] += dt * v;
     }
   }
-  return bad == 0;
+  return {bad == 0, fastest};
 }
 
-bool kick(State& state, const std::vector<std::uint8_t>& locked, Real k, Real speed_limit,
+Kick kick(State& state, const std::vector<std::uint8_t>& locked, Real k, Real speed_limit,
           int dimension, int threads) {
   const std::size_t n = state.size();
   int bad = 0;
-#pragma omp parallel for num_threads(threads) schedule(static) \
-    reduction(| : bad) if (n > nodes_worth_threads)
+  Real fastest = 0;
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(| : bad) \
+    reduction(max : fastest) if (n > nodes_worth_threads)
   for (std::size_t i = 0; i < n; ++i) {
     const Real k_by_rho = k / state.density[i];
     for (int d = 0; d < dimension; ++d) {
       if (!isFree(locked[i], d)) continue;
       state.v[i][d] += k_by_rho * state.f[i][d];
       bad |= !(std::abs(state.v[i][d]) < speed_limit);
+      fastest = std::max(fastest, std::abs(state.v[i][d]));
     }
   }
-  return bad == 0;
+  return {bad == 0, fastest};
 }
 
 }  // namespace peridem

@@ -8,13 +8,20 @@
 
 namespace peridem {
 
-// v += k f / rho. Returns false when a component of a velocity is NaN or beyond the limit.
-bool kick(State& state, const std::vector<std::uint8_t>& locked, Real k, Real speed_limit,
+// What a kick found: whether every component of a velocity is below the limit (NaN is not), and
+// the largest of them.
+struct Kick {
+  bool within_limit = true;
+  Real fastest = 0;
+};
+
+// v += k f / rho
+Kick kick(State& state, const std::vector<std::uint8_t>& locked, Real k, Real speed_limit,
           int dimension, int threads);
 
 // v += k f / rho, then u += dt v and x += dt v, in one pass. With k = dt the step of the central
 // difference scheme (Jha et al. 2021, eq. 32), with k = dt/2 the first half of velocity Verlet.
-bool kickAndDrift(State& state, const std::vector<std::uint8_t>& locked, Real k, Real dt,
+Kick kickAndDrift(State& state, const std::vector<std::uint8_t>& locked, Real k, Real dt,
                   Real speed_limit, int dimension, int threads);
 
 }  // namespace peridem

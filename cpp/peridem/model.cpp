@@ -186,6 +186,7 @@ void DEMModel::run(const StepObserver& observer) {
 
 Offset DEMModel::integrate(Offset n, const StepObserver& observer) {
   start();
+  contact_.noteAnyTravel();  // the arrays may have been written since the last step
   Offset taken = 0;
   while (taken < n) {
     step();
@@ -203,37 +204,33 @@ void DEMModel::step() {
     integrateCD();
 }
 
-void DEMModel::integrateCD() {
-  const Real dt = timeStep();
-  bool finite = true;
+// v += k f / rho, u += dt v, x += dt v, t += dt, then the prescribed motion.
+void DEMModel::kickDriftAndPrescribe(Real k, Real dt) {
+  Kick kicked;
   {
     const Stopwatch watch(timings_.integration);
-    finite = kickAndDrift(state_, locked_, dt, dt, speed_limit_, deck_.dimension, threads_);
+    kicked = kickAndDrift(state_, locked_, k, dt, speed_limit_, deck_.dimension, threads_);
   }
-  if (!finite) reportRunaway();
+  if (!kicked.within_limit) reportRunaway();
   ++n_;
   time_ += dt;
-  computeExternalDisplacementBC();
+  const Real prescribed = computeExternalDisplacementBC();
+  contact_.noteTravel(std::sqrt(3.0) * (dt * kicked.fastest + prescribed));
+}
+
+void DEMModel::integrateCD() {
+  const Real dt = timeStep();
+  kickDriftAndPrescribe(dt, dt);
   computeForces(dt);
 }
 
 void DEMModel::integrateVerlet() {
   const Real dt = timeStep();
-  bool finite = true;
-  {
-    const Stopwatch watch(timings_.integration);
-    finite = kickAndDrift(state_, locked_, dt / 2, dt, speed_limit_, deck_.dimension, threads_);
-  }
-  if (!finite) reportRunaway();
-  ++n_;
-  time_ += dt;
-  computeExternalDisplacementBC();
+  kickDriftAndPrescribe(dt / 2, dt);
   computeForces(dt);
-  {
-    const Stopwatch watch(timings_.integration);
-    finite = kick(state_, locked_, dt / 2, speed_limit_, deck_.dimension, threads_);
-  }
-  if (!finite) reportRunaway();
+  const Stopwatch watch(timings_.integration);
+  if (!kick(state_, locked_, dt / 2, speed_limit_, deck_.dimension, threads_).within_limit)
+    reportRunaway();
 }
 
 void DEMModel::computeForces(Real slip_time) {
@@ -317,9 +314,9 @@ void DEMModel::computeExternalForces() {
   addExternalForces(state_, deck_.gravity, force_sets_, time_, threads_);
 }
 
-void DEMModel::computeExternalDisplacementBC() {
+Real DEMModel::computeExternalDisplacementBC() {
   const Stopwatch watch(timings_.external);
-  prescribeDisplacements(state_, displacement_sets_, time_, deck_.compatibility);
+  return prescribeDisplacements(state_, displacement_sets_, time_, deck_.compatibility);
 }
 
 // A node that crosses its horizon within one step has left the physics: sound, the fastest motion,

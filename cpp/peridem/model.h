@@ -60,7 +60,7 @@ class DEMModel {
   void computePeridynamicForces();
   void computeContactForces(Real slip_time = 0);
   void computeExternalForces();
-  void computeExternalDisplacementBC();
+  Real computeExternalDisplacementBC();  // returns how far a node went in one direction at most
 
   const ModelDeck& deck() const { return deck_; }
   State& state() { return state_; }
@@ -108,6 +108,7 @@ class DEMModel {
  private:
   void integrateCD();
   void integrateVerlet();
+  void kickDriftAndPrescribe(Real k, Real dt);
   void placeBody(const BodyDeck& body, Index id, const std::vector<Real>& mesh_volumes);
   void lockDirections();
   Real speedLimit() const;

@@ -19,7 +19,15 @@ struct Bonded {
     state.x_ref = points;
     for (std::size_t i = 0; i < points.size(); ++i) state.volume[i] = 1 + static_cast<Real>(i);
     appendBonds(bonds, state, body, influence, 1);
+    for (Index i = 0; i < body.stop; ++i)
+      for (std::size_t k = bonds.begin(i); k < bonds.end(i); ++k) {
+        const BondConstants c = bondConstants(state, body, influence, i, bonds.neighbors[k]);
+        length.push_back(c.length);
+        weight.push_back(c.weight);
+      }
   }
+
+  std::vector<Real> length, weight;  // of every bond of the table
 };
 
 Influence constantInfluence() {
@@ -48,9 +56,9 @@ TEST_CASE("bonds: length and weight and weighted volume of a line of nodes by ha
   const Bonded b({{0, 0, 0}, {1, 0, 0}, {2.75, 0, 0}}, 3, 1, constantInfluence());
   CHECK(b.bonds.offsets == std::vector<Offset>{0, 2, 4, 6});
   CHECK(b.bonds.neighbors == std::vector<Index>{1, 2, 0, 2, 0, 1});
-  CHECK(b.bonds.length == std::vector<Real>{1, 2.75, 1, 1.75, 2.75, 1.75});
+  CHECK(b.length == std::vector<Real>{1, 2.75, 1, 1.75, 2.75, 1.75});
   // J V_j, with three quarters of the volume at 2.75
-  CHECK(b.bonds.weight == std::vector<Real>{4, 4.5, 2, 6, 1.5, 4});
+  CHECK(b.weight == std::vector<Real>{4, 4.5, 2, 6, 1.5, 4});
   CHECK(b.bonds.intact == std::vector<std::uint8_t>(6, 1));
   const Real q = 2.75 * 2.75;  // m = sum of r^2 J V_j
   CHECK(b.state.weighted_volume ==
@@ -61,7 +69,7 @@ TEST_CASE("bonds: J is taken at the length by the horizon") {
   const Influence linear({InfluenceType::linear, {4, -4}}, 2);
   // r = 1, horizon 4: J = 4 - 4/4 = 3; V_j = 2 and 1.
   const Bonded b({{0, 0, 0}, {1, 0, 0}}, 4, 1, linear);
-  CHECK(b.bonds.weight == std::vector<Real>{6, 3});
+  CHECK(b.weight == std::vector<Real>{6, 3});
 }
 
 TEST_CASE("bonds: both directions have the same length to the last digit") {
@@ -70,17 +78,11 @@ TEST_CASE("bonds: both directions have the same length to the last digit") {
   for (Vec3& x : points) x = random.vector(3);
   const Bonded b(points, 0.7, 0.1, constantInfluence());
   std::size_t different = 0;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    for (auto k = static_cast<std::size_t>(b.bonds.offsets[i]);
-         k < static_cast<std::size_t>(b.bonds.offsets[i + 1]); ++k) {
-      const auto j = static_cast<std::size_t>(b.bonds.neighbors[k]);
-      const auto begin = b.bonds.neighbors.begin() + b.bonds.offsets[j];
-      const auto end = b.bonds.neighbors.begin() + b.bonds.offsets[j + 1];
-      const auto back = std::lower_bound(begin, end, static_cast<Index>(i));
-      REQUIRE(back != end);
-      REQUIRE(*back == static_cast<Index>(i));
-      const auto opposite = static_cast<std::size_t>(back - b.bonds.neighbors.begin());
-      different += b.bonds.length[opposite] != b.bonds.length[k];
+  for (Index i = 0; i < b.body.stop; ++i)
+    for (std::size_t k = b.bonds.begin(i); k < b.bonds.end(i); ++k) {
+      const std::size_t opposite = b.bonds.find(b.bonds.neighbors[k], i);
+      REQUIRE(opposite < b.bonds.size());
+      different += b.length[opposite] != b.length[k];
     }
   CHECK(different == 0);
 }
@@ -99,4 +101,14 @@ TEST_CASE("bonds: a second body follows in the table with global node numbers") 
   CHECK(bonds.offsets == std::vector<Offset>{0, 1, 2, 3, 4, 4});
   CHECK(bonds.neighbors == std::vector<Index>{1, 0, 3, 2});
   CHECK(state.weighted_volume[4] == 0);  // a node without neighbours
+}
+
+TEST_CASE("bonds: are found by their nodes") {
+  const Bonded b({{0, 0, 0}, {1, 0, 0}, {2.5, 0, 0}}, 2, 1, constantInfluence());
+  CHECK(b.bonds.neighbors == std::vector<Index>{1, 0, 2, 1});
+  CHECK(b.bonds.find(0, 1) == 0);
+  CHECK(b.bonds.find(1, 2) == 2);
+  CHECK(b.bonds.find(0, 2) == b.bonds.size());
+  CHECK(b.bonds.everBonded(2, 1));
+  CHECK_FALSE(b.bonds.everBonded(2, 0));
 }

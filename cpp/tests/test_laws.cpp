@@ -19,78 +19,83 @@ Real threshold(Real below, Real above, const Breaks& breaks) {
   return above;
 }
 
+// Whether a bond of length r breaks at the stretch s.
+template <class Law>
+bool breaks(const Law& law, Real r, Real s) {
+  return law.excess(r, s * r) > 0;
+}
+
 }  // namespace
 
 TEST_CASE("state-based law: factors and force by hand") {
   Lps law{};
   law.bulk_modulus = 5;
   law.shear_modulus = 2;
+  law.s0 = 0.5;
   CHECK(law.b(4) == 7.5);            // 15 * 2 / 4
   CHECK(law.a(4) == 1.25);           // 3 * 5 / 4 - 7.5 / 3
   CHECK(law.dilatation(4, 8) == 6);  // 3 / 4 * 8
-  CHECK(Lps::force(2, 0.5, 3, 4) == 8);
+  CHECK(law.dilatation(0, 0) == 0);  // a node without neighbours
+  CHECK(Lps::force(2.0, 0.5, 3.0, 4.0) == 8);
+  CHECK(law.damage(2.0, -0.5) == 0.5);
 }
 
 TEST_CASE("state-based law: breaks just above s0 + 1e-10 in the fuzzy comparison") {
   Lps law{};
   law.s0 = 0.01;
   law.break_limit = breakLimit(law.s0);
-  const auto breaks = [&](Real s) { return law.breaks(s); };
   const auto rule = [](Real s) { return fuzzyGreater(s, 0.01 + 1e-10); };
-  // Both thresholds are solutions of the same inequality; it is flat to a few units of round-off
-  // by 1e-5, hence the relative 1e-11.
-  CHECK(relativeError(threshold(0.005, 0.02, breaks), threshold(0.005, 0.02, rule)) < 1e-11);
-  CHECK_FALSE(law.breaks(0.01));
-  CHECK(law.breaks(0.0100002));
+  // Both thresholds solve the same inequality; in `rule` it is a difference 1e-5 of its terms, so
+  // that round-off moves its threshold by up to 1e5 units.
+  CHECK(relativeError(threshold(0.005, 0.02, [&](Real s) { return breaks(law, 2, s); }),
+                      threshold(0.005, 0.02, rule)) < 1e-11);
+  CHECK_FALSE(breaks(law, 2, 0.01));
+  CHECK(breaks(law, 2, 0.0100002));
 }
 
 TEST_CASE("laws: bonds break in compression too unless only tension counts") {
   Lps lps{};
-  lps.s0 = 0.01;
   lps.break_limit = breakLimit(0.01);
   Pmb pmb{};
-  pmb.s0 = 0.01;
   pmb.break_limit = breakLimit(0.01);
   Rnp rnp{};
   rnp.sc_times_sqrt_r = 0.01;
   rnp.break_factor = 1;
-  CHECK(lps.breaks(-0.02));
-  CHECK(pmb.breaks(1, -0.02));
-  CHECK(rnp.breaks(1, -0.02));
+  CHECK(breaks(lps, 1, -0.02));
+  CHECK(breaks(pmb, 1, -0.02));
+  CHECK(breaks(rnp, 1, -0.02));
   lps.tension_only = pmb.tension_only = rnp.tension_only = true;
   for (const Real s : {-0.02, 0.005}) {
-    CHECK_FALSE(lps.breaks(s));
-    CHECK_FALSE(pmb.breaks(1, s));
-    CHECK_FALSE(rnp.breaks(1, s));
+    CHECK_FALSE(breaks(lps, 1, s));
+    CHECK_FALSE(breaks(pmb, 1, s));
+    CHECK_FALSE(breaks(rnp, 1, s));
   }
-  CHECK(lps.breaks(0.02));
-  CHECK(pmb.breaks(1, 0.02));
-  CHECK(rnp.breaks(1, 0.02));
+  CHECK(breaks(lps, 1, 0.02));
+  CHECK(breaks(pmb, 1, 0.02));
+  CHECK(breaks(rnp, 1, 0.02));
 }
 
-TEST_CASE("prototype bonds: stretch and force and damage by hand") {
+TEST_CASE("prototype bonds: force and damage by hand") {
   Pmb law{};
   law.c = 6;
   law.s0 = 0.5;
-  CHECK(Pmb::stretch(2, 2.5, 99) == 0.25);
-  CHECK(law.force(2, 0.25) == 1.5);
-  CHECK(law.damage(2, -0.25) == 0.5);
+  CHECK(law.force(2.0, 0.5) == 1.5);  // c e / r
+  CHECK(law.damage(2.0, -0.5) == 0.5);
   law.s0 = 0;  // a law without fracture
-  CHECK(law.damage(2, 0.25) == 0);
+  CHECK(law.damage(2.0, 0.5) == 0);
 }
 
-TEST_CASE("regularised bonds: stretch and force and critical stretch by hand") {
+TEST_CASE("regularised bonds: force and damage and break by hand") {
   Rnp law{};
   law.four_c_beta_by_f = 3;
   law.beta = 2;
-  law.sc_times_sqrt_r = 0.5;  // sqrt(1 / (2 beta))
+  law.sc_times_sqrt_r = 0.5;  // sqrt(1 / (2 beta)): sc = 0.25 at r = 4
   law.break_factor = 2;
-  CHECK(Rnp::stretch(2, 99, 1) == 0.25);  // du . xi / r^2
-  CHECK(relativeError(law.force(4, 0.5), 1.5 * std::exp(-2.0)) < 4 * epsilon);
-  CHECK(law.criticalStretch(4) == 0.25);
-  CHECK(law.damage(4, -0.5) == 2);
-  CHECK_FALSE(law.breaks(4, 0.5 * (1 + 0.9e-5)));  // fuzzy
-  CHECK(law.breaks(4, 0.5 * (1 + 1.1e-5)));
+  // s = 2 / 4: 3 s exp(-2 * 4 / 4)
+  CHECK(relativeError(law.force(4.0, 2.0), 1.5 * std::exp(-2.0)) < 4 * epsilon);
+  CHECK(law.damage(4.0, -2.0) == 2);
+  CHECK_FALSE(breaks(law, 4, 0.5 * (1 + 0.9e-5)));  // fuzzy
+  CHECK(breaks(law, 4, 0.5 * (1 + 1.1e-5)));
 }
 
 TEST_CASE("regularised bonds: the force is largest at the critical stretch") {
@@ -99,9 +104,9 @@ TEST_CASE("regularised bonds: the force is largest at the critical stretch") {
   law.beta = 3;
   law.sc_times_sqrt_r = std::sqrt(1 / (2 * law.beta));
   const Real r = 0.7;
-  const Real sc = law.criticalStretch(r);
-  CHECK(law.force(r, 0.99 * sc) < law.force(r, sc));
-  CHECK(law.force(r, 1.01 * sc) < law.force(r, sc));
+  const Real critical = law.sc_times_sqrt_r * std::sqrt(r);  // elongation sc r
+  CHECK(law.force(r, 0.99 * critical) < law.force(r, critical));
+  CHECK(law.force(r, 1.01 * critical) < law.force(r, critical));
 }
 
 TEST_CASE("contact law: normal force and damping by hand") {
@@ -125,4 +130,13 @@ TEST_CASE("contact law: the damping factor of a restitution") {
 TEST_CASE("contact law: harmonic means of equal and unequal values") {
   CHECK(harmonicMean(3, 3) == 3);
   CHECK(harmonicMean(1, 3) == 1.5);
+}
+
+TEST_CASE("contact law: the tangential spring is cut back at the Coulomb limit") {
+  ContactLaw law;
+  law.kt = 4;
+  law.friction = -0.5;                    // its sign is that of the mode
+  CHECK(law.slipCap(0.125, -4, 2) == 1);  // pulls 1, limit 2
+  CHECK(law.slipCap(0.5, -4, 2) == 0.5);  // pulls 4
+  CHECK(law.slipCap(0, -4, 2) == 1);
 }
