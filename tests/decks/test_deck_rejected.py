@@ -197,6 +197,12 @@ def test_elastic_pair_without_positive_moduli_is_refused(refusal, remove, given,
     assert rule in refusal(changes)
 
 
+@pytest.mark.parametrize("k", [1e300, 1e-300])
+def test_elastic_pair_without_finite_moduli_is_refused(refusal, k):
+    message = refusal({"Material.Zone_1.K": k})  # G = 1.296e7
+    assert "Material.Zone_1.G = 12960000.0: does not fit K: no finite moduli follow" in message
+
+
 def test_gc_and_kic_together_are_refused(refusal):
     assert "KIc = 1000.0: is given besides Gc" in refusal({"Material.Zone_1.KIc": 1e3})
 

@@ -88,6 +88,29 @@ def test_friction_with_history_pulls_back_with_its_ratio(deck_folder, ratio, fac
     assert model._core.contact_forces()[node, 1] == pytest.approx(expected, rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("row", "what"),
+    [
+        (
+            (0, 1e6, 0, 0, GRAIN_RADIUS, 0),
+            "place = (1000000.0, 0.0, 0.0): must be within 1e+08 times",
+        ),
+        (
+            (0, 0, 0, 0, 1e-24, 0),
+            "size = 2e-24 m after scaling by 1e-21: must be between 1e-20 and",
+        ),
+        ((0, 0, 0, 0, 1e300, 0), "size = 2e+300 m after scaling by 1e+303: must be between"),
+    ],
+)
+def test_bodies_whose_nodes_cannot_be_told_apart_are_refused(deck_folder, row, what):
+    deck = deck_folder.grains()
+    deck_folder.places(row, (1, 0, 1, 0, GRAIN_RADIUS, 0))
+    with pytest.raises(InputError) as caught:
+        deck_folder.model(deck)
+    assert str(caught.value).startswith(f"{deck_folder.folder / 'places.csv'}:2: body 0")
+    assert what in str(caught.value)
+
+
 def test_created_mesh_that_does_not_fit_names_its_zone(deck_folder):
     deck = single_deck("", {"Type": "rectangle", "Parameters": [0, 0, 0, 1e-3, 1e-3, 0]})
     deck["Mesh"] = {"Zone_1": {"CreateMesh": {"Flag": True, "Info": "uniform"}, "Mesh_Size": 2e-3}}

@@ -140,6 +140,20 @@ def test_lines_after_the_restart_and_torn_ones_are_replaced(deck_folder, tmp_pat
     assert path.read_text().splitlines() == lines
 
 
+def test_resumed_run_goes_on_in_the_file(deck_folder, tmp_path):
+    # killed after step 130, the line of 120 written; the last checkpoint is of step 100
+    deck = impact(deck_folder)
+    deck["Contact"]["Zone_12"]["Friction_Model"] = "history"
+    new_model(deck_folder, deck).run(tmp_path / "whole")
+    new_model(deck_folder, deck).run(tmp_path / "out", steps=130, checkpoint_every=50)
+    (tmp_path / "out" / "checkpoint_130.h5").unlink()
+    resumed = DEMModel.resume(tmp_path / "out", threads=1)
+    assert resumed.n == 100
+    resumed.run(tmp_path / "out")
+    name = "pp_two_particle.csv"
+    assert (tmp_path / "out" / name).read_text() == (tmp_path / "whole" / name).read_text()
+
+
 def test_new_run_starts_a_new_file(deck_folder, tmp_path):
     for _ in range(2):
         new_model(deck_folder, impact(deck_folder)).run(tmp_path / "out", steps=20)

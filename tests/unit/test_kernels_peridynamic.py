@@ -10,6 +10,7 @@ from helpers import (
     relative_error,
     single_deck,
 )
+from peridem import InputError
 from reference import ReferenceModel
 from reference.peridynamic import strain_energy
 
@@ -40,6 +41,17 @@ def pair(deck_folder, dimension, law, second=None, **options):
     return deck_folder.model(deck, **options)
 
 
+@pytest.fixture(params=["baseline", "avx2", "avx512"])
+def instruction_set(request, monkeypatch, deck_folder):
+    """Each set of instructions that the kernels are built for and the processor has."""
+    monkeypatch.setenv("PERIDEM_SIMD", request.param)
+    try:
+        pair(deck_folder, 2, "state")
+    except InputError as error:
+        assert "PERIDEM_SIMD" in str(error)
+        pytest.skip(str(error))
+
+
 def internal_forces(model):
     model._core.compute_peridynamic_forces()
     model._core.compute_damage()
@@ -60,6 +72,7 @@ def assert_matches(model, reference):
 
 @BOTH_DIMENSIONS
 @ALL_LAWS
+@pytest.mark.usefixtures("instruction_set")
 def test_internal_forces_match_the_reference_while_bonds_break(deck_folder, law, dimension):
     model, rng = pair(deck_folder, dimension, law), np.random.default_rng(7)
     reference = ReferenceModel(model)
@@ -121,6 +134,7 @@ def test_internal_forces_balance(deck_folder, law, dimension):
 
 @BOTH_DIMENSIONS
 @ALL_LAWS
+@pytest.mark.usefixtures("instruction_set")
 def test_rigid_translation_gives_exactly_no_force(deck_folder, law, dimension):
     model = pair(deck_folder, dimension, law)
     shift = np.zeros((model.n_nodes, 3))
