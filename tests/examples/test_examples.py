@@ -1,0 +1,36 @@
+"""Every example runs, in a short form, and gives what it says."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def test_impact_records_energy_and_broken_bonds(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / "impact.py", "--steps", "400", "--output", tmp_path / "out"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    with (tmp_path / "out" / "impact.csv").open() as stream:
+        header, *rows = csv.reader(stream)
+    assert header == ["t [s]", "kinetic energy [J/m]", "broken bonds"]
+    assert len(rows) == 400 // 50 + 1
+    energy = [float(row[1]) for row in rows]
+    broken = [int(row[2]) for row in rows]
+    # The impact turns kinetic energy into deformation, and bonds only ever break.
+    assert energy[-1] < 0.95 * energy[0]
+    assert broken == sorted(broken)
+    assert 0 == broken[0] < broken[-1]
+    assert (tmp_path / "out" / "impact.png").stat().st_size > 10_000
+
+
+def test_examples_stay_short() -> None:
+    for example in EXAMPLES.glob("*.py"):
+        assert len(example.read_text().splitlines()) <= 80, example.name
