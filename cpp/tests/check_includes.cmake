@@ -11,7 +11,7 @@ endif()
 # Stems (path without extension), from the ground up.
 set(levels
   "types errors lanes"
-  "fuzzy deck state neighbors simd"
+  "fuzzy deck state neighbors cell_grid simd"
   "laws/lps laws/pmb laws/rnp laws/contact influence mesh integrator"
   "material peridynamic_kernel"
   "particle instruction_set"

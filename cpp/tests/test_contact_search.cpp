@@ -140,6 +140,46 @@ TEST_CASE("contact search: rebuilds when a node has moved by half the skin and n
   CHECK(search.needsRebuild(crowd.state, 1));
 }
 
+TEST_CASE("contact search: looks at the nodes only when the noted travel could be half the skin") {
+  Crowd crowd(2);
+  ContactSearch search = makeSearch(crowd, false);
+  search.rebuild(crowd.state, crowd.bonds, crowd.bodies, 1);
+  crowd.state.x[20][1] += skin;  // not what is noted: shows whether it looks
+  for (int step = 0; step < 4; ++step) {
+    search.noteTravel(0.12 * skin);
+    CHECK_FALSE(search.needsRebuild(crowd.state, 1));
+  }
+  search.noteTravel(0.12 * skin);  // 0.6 skin in all
+  CHECK(search.needsRebuild(crowd.state, 1));
+}
+
+TEST_CASE("contact search: a look finds how far the nodes really are from where they were") {
+  Crowd crowd(2);
+  ContactSearch search = makeSearch(crowd, false);
+  search.rebuild(crowd.state, crowd.bonds, crowd.bodies, 1);
+  for (int step = 0; step < 50; ++step) {  // to and fro
+    crowd.state.x[20][1] += (step % 2 == 0 ? 0.3 : -0.3) * skin;
+    search.noteTravel(0.3 * skin);
+    CHECK_FALSE(search.needsRebuild(crowd.state, 1));
+  }
+  crowd.state.x[20][1] += 0.6 * skin;
+  search.noteTravel(0.6 * skin);
+  CHECK(search.needsRebuild(crowd.state, 1));
+}
+
+TEST_CASE("contact search: looks at the nodes when they may have gone anywhere") {
+  for (const bool noted : {false, true}) {
+    Crowd crowd(2);
+    ContactSearch search = makeSearch(crowd, false);
+    search.rebuild(crowd.state, crowd.bonds, crowd.bodies, 1);
+    search.noteTravel(0);
+    CHECK_FALSE(search.needsRebuild(crowd.state, 1));
+    crowd.state.x[20][1] += skin;
+    if (noted) search.noteAnyTravel();  // else nothing has been noted since the last look
+    CHECK(search.needsRebuild(crowd.state, 1));
+  }
+}
+
 TEST_CASE("contact search: a position that is not a number asks for a rebuild") {
   Crowd crowd(2);
   ContactSearch search = makeSearch(crowd, false);
@@ -194,7 +234,7 @@ TEST_CASE("contact search: the number of threads changes nothing") {
 TEST_CASE("contact search: a single body needs none") {
   std::vector<Particle> bodies(1);
   bodies[0].stop = 1;
-  const ContactSearch search(bodies, 1, 0.5, {0});
+  ContactSearch search(bodies, 1, 0.5, {0});
   CHECK_FALSE(search.needsRebuild(State(1), 1));
 }
 

@@ -279,7 +279,11 @@ class Neighbor(Block):
 
 
 class OutputCriteria(Block):
-    """Output.Output_Criteria: when to stop early."""
+    """Output.Output_Criteria: when to stop early, looked at with every output.
+
+    ``max_node_dist``: a node is farther than d from the origin; ``max_particle_dist`` (of
+    Test_Name: two_particle): the centres of bodies 0 and 1 are farther than d apart.
+    """
 
     type: Literal["max_particle_dist", "max_node_dist"] = key(
         "Type", "the quantity that is watched", default=REQUIRED
@@ -288,7 +292,8 @@ class OutputCriteria(Block):
         "Parameters", "the distance at which to stop, as [d]", unit="m", default=REQUIRED
     )
     new_interval: Count | None = key(
-        "New_Interval", "the number of steps between outputs once the criterion is met"
+        "New_Interval",
+        "the number of steps between outputs once the criterion is met; the run stops without it",
     )
 
 

@@ -105,7 +105,8 @@ class Shape(ABC):
         -------
         ndarray of bool, shape (n,)
         """
-        return self.contains(as_points(points))
+        with np.errstate(over="ignore"):  # an infinite distance is outside
+            return self.contains(as_points(points))
 
 
 def as_points(points: ArrayLike) -> FloatArray:
