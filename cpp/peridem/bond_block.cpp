@@ -1,5 +1,9 @@
 #include "bond_block.h"
 
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+
 #include <algorithm>
 #include <cstring>
 #include <new>
@@ -19,17 +23,38 @@ std::size_t wholeTiles(std::size_t n) {
 
 AlignedArray::AlignedArray(std::size_t n) : size_(n) {
   if (n == 0) return;
-  const std::size_t bytes = wholeTiles(n) * sizeof(double);
-  data_.reset(static_cast<double*>(std::aligned_alloc(64, bytes)));
+  constexpr std::size_t huge_page = std::size_t{1} << 21;
+  const std::size_t wanted = wholeTiles(n) * sizeof(double);
+  const std::size_t boundary = wanted < huge_page ? 64 : huge_page;
+  const std::size_t bytes = (wanted + boundary - 1) / boundary * boundary;
+  data_.reset(static_cast<double*>(std::aligned_alloc(boundary, bytes)));
   if (!data_) throw std::bad_alloc();
+#ifdef __linux__
+  if (boundary == huge_page) madvise(data_.get(), bytes, MADV_HUGEPAGE);  // a wish; may fail
+#endif
   std::memset(data_.get(), 0, bytes);
 }
 
 std::size_t BondBlock::bytes() const {
   const std::size_t doubles = z_ref[0].size() + z_ref[1].size() + z_ref[2].size() + volume.size() +
-                              a.size() + b.size() + length.size() + influence.size();
-  const std::size_t indices = nodes.size() + row_begin.size() + row_halo.size() + tile.size();
-  return doubles * sizeof(double) + indices * sizeof(Index) + exists.size() + intact.size();
+                              weighted_volume.size() + a.size() + b.size();
+  return doubles * sizeof(double) + nodes.size() * sizeof(Index) +
+         n_groups * (sizeof(BondGroup) + group_numbers * sizeof(double));
+}
+
+void BondGroups::pack(std::span<BondBlock* const> blocks) {
+  std::size_t total = 0;
+  for (const BondBlock* block : blocks) total += block->n_groups;
+  groups.reserve(total);
+  numbers = AlignedArray(total * group_numbers);
+  for (BondBlock* block : blocks) {
+    block->first_group = groups.size();
+    std::copy(block->numbers.begin(), block->numbers.end(),
+              numbers.data() + groups.size() * group_numbers);
+    groups.insert(groups.end(), block->groups.begin(), block->groups.end());
+    std::vector<Real>().swap(block->numbers);
+    std::vector<BondGroup>().swap(block->groups);
+  }
 }
 
 namespace {
@@ -126,6 +151,7 @@ class BlockBuilder {
     block_.volume = AlignedArray(n);
     block_.a = AlignedArray(n);
     block_.b = AlignedArray(n);
+    block_.weighted_volume = AlignedArray(n);
     const Vec3& center = state_.x_ref[static_cast<std::size_t>(body_.center_node)];
     const auto* lps = std::get_if<Lps>(&body_.law);
     for (std::size_t k = 0; k < n; ++k) {
@@ -136,6 +162,7 @@ class BlockBuilder {
             state_.x_ref[node][static_cast<Eigen::Index>(d)] - center[static_cast<Eigen::Index>(d)];
       block_.volume[k] = state_.volume[node];
       const Real m = state_.weighted_volume[node];
+      block_.weighted_volume[k] = m;
       if (lps != nullptr && m > 0) {
         block_.a[k] = lps->a(m);
         block_.b[k] = lps->b(m);
@@ -143,49 +170,49 @@ class BlockBuilder {
     }
   }
 
-  // Bonds of own node i that are stored at i: with later own nodes, and with the halo.
-  std::vector<Index> storedPartners(std::size_t i) const {
+  enum class Part { inside, halo };
+
+  // Places of the nodes whose bonds with own node i are stored at i: later own ones, or the halo.
+  std::vector<Index> storedPartners(std::size_t i, Part part) const {
     std::vector<Index> places;
     for (const Index j : neighborsOf(block_.nodes[i])) {
       const Index place = place_[static_cast<std::size_t>(j - body_.start)];
-      if (place > static_cast<Index>(i)) places.push_back(place);
+      const bool in_halo = place >= static_cast<Index>(block_.n_padded);
+      if (place > static_cast<Index>(i) && in_halo == (part == Part::halo)) places.push_back(place);
     }
     std::sort(places.begin(), places.end());
     return places;
   }
 
   void fillGroups() {
-    std::vector<Real> lengths;
-    std::vector<Real> influences;
-    block_.row_begin.push_back(0);
-    for (std::size_t i = 0; i < block_.n_own; ++i) {
-      Index halo_begin = -1;
-      for (const Index place : storedPartners(i)) {
-        const auto tile = place - place % static_cast<Index>(tile_nodes);
-        const bool first_of_row = static_cast<Index>(block_.tile.size()) == block_.row_begin.back();
-        if (first_of_row || block_.tile.back() != tile) {
-          if (halo_begin < 0 && tile >= static_cast<Index>(block_.n_padded))
-            halo_begin = static_cast<Index>(block_.tile.size());
-          block_.tile.push_back(tile);
-          block_.exists.push_back(0);
-          lengths.resize(lengths.size() + tile_nodes, 1.0);
-          influences.resize(influences.size() + tile_nodes, 0.0);
-        }
-        const auto lane = static_cast<std::size_t>(place - tile);
-        block_.exists.back() = static_cast<LaneBits>(block_.exists.back() | (1u << lane));
-        const std::size_t slot = lengths.size() - tile_nodes + lane;
-        lengths[slot] = distance(block_.nodes[i], block_.nodes[static_cast<std::size_t>(place)]);
-        influences[slot] = influence_(lengths[slot] / body_.horizon) *
-                           partialVolume(lengths[slot], body_.horizon, body_.mesh_size);
-      }
-      block_.row_begin.push_back(static_cast<Index>(block_.tile.size()));
-      block_.row_halo.push_back(halo_begin < 0 ? block_.row_begin.back() : halo_begin);
+    for (const Part part : {Part::inside, Part::halo}) {
+      for (std::size_t i = 0; i < block_.n_own; ++i) appendRow(i, storedPartners(i, part));
+      if (part == Part::inside) block_.n_inside = block_.groups.size();
     }
-    block_.intact = block_.exists;
-    block_.length = AlignedArray(lengths.size());
-    block_.influence = AlignedArray(influences.size());
-    std::copy(lengths.begin(), lengths.end(), block_.length.data());
-    std::copy(influences.begin(), influences.end(), block_.influence.data());
+    block_.n_groups = block_.groups.size();
+  }
+
+  // Groups of own node i with the given places, ascending.
+  void appendRow(std::size_t i, const std::vector<Index>& places) {
+    Index last_tile = -1;
+    for (const Index place : places) {
+      const auto tile = place - place % static_cast<Index>(tile_nodes);
+      if (tile != last_tile) {
+        block_.groups.push_back({static_cast<Index>(i), tile, 0, 0});
+        block_.numbers.insert(block_.numbers.end(), lanes, 1.0);
+        block_.numbers.insert(block_.numbers.end(), lanes, 0.0);
+        last_tile = tile;
+      }
+      const auto lane = static_cast<std::size_t>(place - tile);
+      BondGroup& group = block_.groups.back();
+      group.exists = static_cast<LaneBits>(group.exists | (1u << lane));
+      group.intact = group.exists;
+      const Real r = distance(block_.nodes[i], block_.nodes[static_cast<std::size_t>(place)]);
+      Real* numbers = &block_.numbers[block_.numbers.size() - group_numbers];
+      numbers[lane] = r;
+      numbers[lanes + lane] =
+          influence_(r / body_.horizon) * partialVolume(r, body_.horizon, body_.mesh_size);
+    }
   }
 
   Real distance(Index i, Index j) const {

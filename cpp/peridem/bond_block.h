@@ -20,7 +20,7 @@
 
 namespace peridem {
 
-// Array of doubles on a 64-byte boundary, zero at first.
+// Array of doubles on a 64-byte boundary, zero at first; large ones ask for huge pages.
 class AlignedArray {
  public:
   explicit AlignedArray(std::size_t n = 0);
@@ -48,25 +48,33 @@ struct BondBlock {
   std::vector<Index> nodes;           // global node of each place; -1: padding
   std::array<AlignedArray, 3> z_ref;  // X - X_c, X_c the centre node of the body
   AlignedArray volume;                // V
+  AlignedArray weighted_volume;       // m
   AlignedArray a, b;                  // state-based factors, see Lps
 
-  std::vector<Index> row_begin;  // groups of own node i: [row_begin[i], row_begin[i+1]),
-  std::vector<Index> row_halo;   // those from row_halo[i] on are with the halo
-  std::vector<Index> tile;       // first place of the tile of a group
-  std::vector<LaneBits> exists;  // lanes that carry a bond
-  std::vector<LaneBits> intact;  // lanes whose bond is unbroken
-  AlignedArray length;           // r, lanes per group; 1 where there is no bond
-  AlignedArray influence;        // J(r / eps) times the partial-volume factor; 0 likewise
+  std::size_t n_inside = 0;       // groups inside the block; the rest are with the halo
+  std::vector<BondGroup> groups;  // by row in either part; moved to BondGroups by pack()
+  std::vector<Real> numbers;      // group_numbers for each group; likewise
+  std::size_t first_group = 0;    // in BondGroups
+  std::size_t n_groups = 0;
 
-  std::size_t groups() const { return tile.size(); }
   std::size_t bytes() const;
+};
+
+// The groups of all blocks, one after the other in the order in which the force loops pass them:
+// they stream through memory.
+struct BondGroups {
+  std::vector<BondGroup> groups;
+  AlignedArray numbers;
+
+  // Takes the groups of the blocks over.
+  void pack(std::span<BondBlock* const> blocks);
 };
 
 // Order of the points such that runs of eight are close in space, and so are runs of runs.
 std::vector<Index> bisectionOrder(std::span<const Vec3> points);
 
-// Blocks of a body from the piece of each of its nodes (see partitionBody). The lengths r are those
-// of `BondTable` to round-off; the kernels renew them in their own arithmetic (fillLengths).
+// Blocks of a body from the piece of each of its nodes (see partitionBody). The lengths r are
+// renewed by the kernels in their own arithmetic (Stage::lengths).
 std::vector<BondBlock> makeBondBlocks(const State& state, const BondTable& bonds,
                                       const Particle& body, const Influence& influence,
                                       const std::vector<Index>& piece, Index parts);

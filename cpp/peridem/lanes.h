@@ -13,6 +13,18 @@ namespace peridem {
 inline constexpr int lanes = 8;
 using LaneBits = std::uint8_t;  // bit k stands for lane k
 
+// The bonds of one node with up to eight nodes that follow each other in a block.
+struct BondGroup {
+  std::int32_t row;   // place of the node
+  std::int32_t tile;  // first place of the eight
+  LaneBits exists;    // lanes that carry a bond
+  LaneBits intact;    // lanes whose bond is unbroken
+};
+
+// Numbers kept for each group: the lengths r of its eight bonds, then J(r / eps) times the
+// partial-volume factor. 1 and 0 in lanes without a bond.
+inline constexpr int group_numbers = 2 * lanes;
+
 PERIDEM_INLINE double magnitude(double a) {
   return std::fabs(a);
 }

@@ -14,22 +14,20 @@ namespace {
 // Work below which waking threads costs more than it saves.
 constexpr std::size_t groups_worth_threads = 5000;
 
-BlockView viewOf(BondBlock& block, const Particle& body) {
+BlockView viewOf(const BondBlock& block, BondGroups& groups, const Particle& body) {
   return {block.n_own,
           block.n_padded,
           block.n_all,
+          block.n_inside,
+          block.n_groups,
           block.nodes.data(),
           {block.z_ref[0].data(), block.z_ref[1].data(), block.z_ref[2].data()},
           block.volume.data(),
+          block.weighted_volume.data(),
           block.a.data(),
           block.b.data(),
-          block.row_begin.data(),
-          block.row_halo.data(),
-          block.tile.data(),
-          block.exists.data(),
-          block.intact.data(),
-          block.length.data(),
-          block.influence.data(),
+          groups.groups.data() + block.first_group,
+          groups.numbers.data() + block.first_group * group_numbers,
           static_cast<std::size_t>(body.center_node),
           body.self_contact_radius,
           body.self_contact_kn};
@@ -54,7 +52,8 @@ void clearFlag(void* table, Index i, Index j, bool both) {
 // Space of one thread for the largest block, allocated once.
 class PeridynamicForce::Scratch {
  public:
-  Scratch(std::size_t places, std::size_t groups) : space_(10 * places + 4 * lanes * groups) {
+  Scratch(std::size_t places, std::size_t groups)
+      : space_((7 + 3 * lanes) * places + 4 * lanes * groups) {
     double* next = space_.data();
     const auto take = [&](std::size_t n) {
       double* begin = next;
@@ -63,7 +62,7 @@ class PeridynamicForce::Scratch {
     };
     for (int d = 0; d < 3; ++d) {
       view_.z[d] = take(places);
-      view_.row[d] = take(places);
+      view_.row[d] = take(lanes * places);
       view_.column[d] = take(places);
       view_.e[d] = take(lanes * groups);
     }
@@ -100,16 +99,21 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
     auto blocks = makeBondBlocks(state, bonds, body, influences[static_cast<std::size_t>(body.id)],
                                  partitionBody(state, bonds, body, parts), parts);
     for (BondBlock& block : blocks) {
-      run_(Stage::lengths, dimension_, {}, viewOf(block, body), {}, {}, {});
       most_places_ = std::max(most_places_, block.n_all);
-      if (block.whole_body) most_groups_ = std::max(most_groups_, block.groups());
-      n_groups_ += block.groups();
+      if (block.whole_body) most_groups_ = std::max(most_groups_, block.n_groups);
       (block.whole_body ? whole_ : pieces_).push_back(std::move(block));
     }
   }
   // Largest first, so that no thread ends with a long one.
   std::stable_sort(whole_.begin(), whole_.end(),
-                   [](const BondBlock& p, const BondBlock& q) { return p.groups() > q.groups(); });
+                   [](const BondBlock& p, const BondBlock& q) { return p.n_groups > q.n_groups; });
+  std::vector<BondBlock*> order;
+  for (BondBlock& block : whole_) order.push_back(&block);
+  for (BondBlock& block : pieces_) order.push_back(&block);
+  groups_.pack(order);
+  for (const BondBlock* block : order)
+    run_(Stage::lengths, dimension_, {},
+         viewOf(*block, groups_, bodies[static_cast<std::size_t>(block->body)]), {}, {}, {});
 }
 
 void PeridynamicForce::prepareScratch(int threads) {
@@ -117,14 +121,15 @@ void PeridynamicForce::prepareScratch(int threads) {
     scratch_.push_back(std::make_unique<Scratch>(most_places_, most_groups_));
 }
 
-void PeridynamicForce::runStage(Stage stage, BondBlock& block, State& state, BondTable* bonds,
-                                const std::vector<Particle>& bodies, Scratch& scratch) const {
+void PeridynamicForce::runStage(Stage stage, const BondBlock& block, State& state, BondTable* bonds,
+                                const std::vector<Particle>& bodies, Scratch& scratch) {
   const Particle& body = bodies[static_cast<std::size_t>(block.body)];
   LawView law = viewOf(body.law);
   law.state_based_stage = state_based_stage_;
-  const NodeArrays nodes{state.u.front().data(), state.weighted_volume.data(),
-                         state.f.front().data(), state.theta.data(), state.damage_z.data()};
-  run_(stage, dimension_, law, viewOf(block, body), nodes, scratch.view(), {clearFlag, bonds});
+  const NodeArrays nodes{state.u.front().data(), state.f.front().data(), state.theta.data(),
+                         state.damage_z.data()};
+  run_(stage, dimension_, law, viewOf(block, groups_, body), nodes, scratch.view(),
+       {clearFlag, bonds});
 }
 
 void PeridynamicForce::compute(State& state, BondTable& bonds, const std::vector<Particle>& bodies,
@@ -136,7 +141,7 @@ void PeridynamicForce::compute(State& state, BondTable& bonds, const std::vector
                        Scratch& scratch) {
     runStage(stage, blocks[static_cast<std::size_t>(k)], state, &bonds, bodies, scratch);
   };
-#pragma omp parallel num_threads(threads) if (n_groups_ > groups_worth_threads)
+#pragma omp parallel num_threads(threads) if (groups_.groups.size() > groups_worth_threads)
   {
     Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
 #pragma omp for schedule(dynamic, 1) nowait
@@ -152,7 +157,7 @@ void PeridynamicForce::computeDamage(State& state, const std::vector<Particle>& 
                                      int threads) {
   prepareScratch(threads);
   const auto n = static_cast<std::ptrdiff_t>(whole_.size() + pieces_.size());
-#pragma omp parallel num_threads(threads) if (n_groups_ > groups_worth_threads)
+#pragma omp parallel num_threads(threads) if (groups_.groups.size() > groups_worth_threads)
   {
     Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
 #pragma omp for schedule(dynamic, 1)
@@ -167,17 +172,17 @@ void PeridynamicForce::computeDamage(State& state, const std::vector<Particle>& 
 void PeridynamicForce::importFlags(const BondTable& bonds) {
   for (auto* blocks : {&whole_, &pieces_})
     for (BondBlock& block : *blocks)
-      for (std::size_t i = 0; i < block.n_own; ++i)
-        for (auto g = static_cast<std::size_t>(block.row_begin[i]);
-             g < static_cast<std::size_t>(block.row_begin[i + 1]); ++g) {
-          unsigned bits = 0;
-          for (unsigned lane = 0; lane < lanes; ++lane) {
-            if (!((block.exists[g] >> lane) & 1)) continue;
-            const Index j = block.nodes[static_cast<std::size_t>(block.tile[g]) + lane];
-            if (bonds.intact[bonds.find(block.nodes[i], j)]) bits |= 1u << lane;
-          }
-          block.intact[g] = static_cast<LaneBits>(bits);
+      for (std::size_t g = block.first_group; g < block.first_group + block.n_groups; ++g) {
+        BondGroup& group = groups_.groups[g];
+        unsigned bits = 0;
+        for (unsigned lane = 0; lane < lanes; ++lane) {
+          if (!((group.exists >> lane) & 1)) continue;
+          const Index i = block.nodes[static_cast<std::size_t>(group.row)];
+          const Index j = block.nodes[static_cast<std::size_t>(group.tile) + lane];
+          if (bonds.intact[bonds.find(i, j)]) bits |= 1u << lane;
         }
+        group.intact = static_cast<LaneBits>(bits);
+      }
 }
 
 std::size_t PeridynamicForce::bytes() const {

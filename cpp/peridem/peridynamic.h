@@ -47,17 +47,17 @@ class PeridynamicForce {
  private:
   class Scratch;
   void prepareScratch(int threads);
-  void runStage(Stage stage, BondBlock& block, State& state, BondTable* bonds,
-                const std::vector<Particle>& bodies, Scratch& scratch) const;
+  void runStage(Stage stage, const BondBlock& block, State& state, BondTable* bonds,
+                const std::vector<Particle>& bodies, Scratch& scratch);
 
   int dimension_ = 2;
   std::string instruction_set_;
   RunBlock run_ = nullptr;
   std::vector<BondBlock> whole_;   // blocks that are whole bodies, largest first
   std::vector<BondBlock> pieces_;  // blocks of partitioned bodies
+  BondGroups groups_;
   std::size_t most_places_ = 0;
-  std::size_t most_groups_ = 0;  // among whole bodies
-  std::size_t n_groups_ = 0;
+  std::size_t most_groups_ = 0;                    // among whole bodies
   std::vector<std::unique_ptr<Scratch>> scratch_;  // one per thread
   bool state_based_stage_ = true;                  // see the constructor
 };

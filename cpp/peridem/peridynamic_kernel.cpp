@@ -28,24 +28,30 @@ PERIDEM_INLINE void clear(double* values, std::size_t n) {
   for (std::size_t k = 0; k < n; ++k) values[k] = 0;
 }
 
+PERIDEM_INLINE double* lengthsOf(const BlockView& block, std::size_t g) {
+  return block.numbers + group_numbers * g;
+}
+PERIDEM_INLINE double* influencesOf(const BlockView& block, std::size_t g) {
+  return lengthsOf(block, g) + lanes;
+}
+
 // y = z_j - z_i of the eight bonds of a group.
 template <int Dim>
 struct Group {
   std::size_t tile;
-  std::size_t slot;  // of the first lane in the arrays over lanes
   Lanes y[Dim];
   Lanes inverse_length;  // 1/|y|; 0 in lanes without bond
   Lanes deformed_length;
 
   PERIDEM_INLINE Group(const BlockView& block, const double* const z[3], std::size_t i,
                        std::size_t g)
-      : tile(static_cast<std::size_t>(block.tile[g])), slot(g * lanes) {
+      : tile(static_cast<std::size_t>(block.groups[g].tile)) {
     Lanes squared;
     for (int d = 0; d < Dim; ++d) {
       y[d] = load(z[d] + tile) - z[d][i];
       squared = multiplyAdd(y[d], y[d], squared);
     }
-    inverse_length = keep(block.exists[g], inverseSquareRoot(squared));
+    inverse_length = keep(block.groups[g].exists, inverseSquareRoot(squared));
     deformed_length = squared * inverse_length;
   }
 };
@@ -75,8 +81,9 @@ struct Stretch {
 // Out of the way of the loops: bonds break seldom.
 [[gnu::noinline]] void markBroken(const BlockView& block, const BreakListener& listener,
                                   std::size_t i, std::size_t g, LaneBits broken) {
-  block.intact[g] = static_cast<LaneBits>(block.intact[g] & ~broken);
-  const auto tile = static_cast<std::size_t>(block.tile[g]);
+  BondGroup& group = block.groups[g];
+  group.intact = static_cast<LaneBits>(group.intact & ~broken);
+  const auto tile = static_cast<std::size_t>(group.tile);
   for (std::size_t lane = 0; lane < lanes; ++lane)
     if ((broken >> lane) & 1)
       listener.broken(listener.context, block.nodes[i], block.nodes[tile + lane],
@@ -94,28 +101,35 @@ PERIDEM_INLINE LaneBits breakBonds(const Law& law, const BlockView& block,
   return static_cast<LaneBits>(intact & ~broken);
 }
 
-// Calls visit(i, g, in_block) for every group, row by row, and finish(i) after a row.
-template <class Visit, class Finish>
-PERIDEM_INLINE void forEachRow(const BlockView& block, Visit visit, Finish finish) {
-  for (std::size_t i = 0; i < block.n_own; ++i) {
-    const auto halo = static_cast<std::size_t>(block.row_halo[i]);
-    const auto end = static_cast<std::size_t>(block.row_begin[i + 1]);
-    auto g = static_cast<std::size_t>(block.row_begin[i]);
-    for (; g < halo; ++g) visit(i, g, true);
-    for (; g < end; ++g) visit(i, g, false);
-    finish(i);
-  }
+// Calls visit(i, g, in_block) for every group. One flat loop: rows are short, and a loop over each
+// would be mispredicted at every end.
+template <class Visit>
+PERIDEM_INLINE void forEachGroup(const BlockView& block, Visit visit) {
+  for (std::size_t g = 0; g < block.n_inside; ++g)
+    visit(static_cast<std::size_t>(block.groups[g].row), g, true);
+  for (std::size_t g = block.n_inside; g < block.n_groups; ++g)
+    visit(static_cast<std::size_t>(block.groups[g].row), g, false);
 }
 
-// Adds t V_j e to the row sum and -t V_i e to the column sums of a group.
+// Row sums keep eight lanes for each node until all groups are done.
+PERIDEM_INLINE void clearSums(const BlockView& block, double* row, double* column) {
+  for (std::size_t k = 0; k < block.n_padded; ++k) store(row + lanes * k, Lanes());
+  clear(column, block.n_padded);
+}
+PERIDEM_INLINE double sumAt(const double* row, const double* column, std::size_t k) {
+  return sumOfLanes(load(row + lanes * k)) + column[k];
+}
+
+// Adds t V_j e to the row sums of node i and -t V_i e to the column sums of a group.
 template <int Dim>
 PERIDEM_INLINE void addPairForce(const BlockView& block, const KernelScratch& work, std::size_t i,
-                                 std::size_t tile, bool in_block, Lanes t,
-                                 const Lanes (&direction)[Dim], Lanes (&sum)[Dim]) {
+                                 std::size_t tile, bool in_block, const Lanes& t,
+                                 const Lanes (&direction)[Dim]) {
   const Lanes on_i = t * load(block.volume + tile);
   const Lanes on_j = t * -block.volume[i];
   for (int d = 0; d < Dim; ++d) {
-    sum[d] = multiplyAdd(on_i, direction[d], sum[d]);
+    double* row = work.row[d] + lanes * i;
+    store(row, multiplyAdd(on_i, direction[d], load(row)));
     if (in_block) {
       double* column = work.column[d] + tile;
       store(column, multiplyAdd(on_j, direction[d], load(column)));
@@ -137,7 +151,7 @@ PERIDEM_INLINE void storeForces(const BlockView& block, const NodeArrays& nodes,
   for (std::size_t k = 0; k < block.n_own; ++k)
     for (int d = 0; d < Dim; ++d)
       nodes.f[3 * static_cast<std::size_t>(block.nodes[k]) + d] =
-          work.row[d][k] + work.column[d][k];
+          sumAt(work.row[d], work.column[d], k);
 }
 
 // Break test |s| > s0, then (10) theta_i = 3/m_i sum over unbroken of r e J V_j  Jha et al. 2021.
@@ -147,37 +161,29 @@ void dilatationPass(const Lps& law, const BlockView& shared, const NodeArrays& n
                     const KernelScratch& scratch, const BreakListener& listener) {
   const BlockView block = shared;  // copies whose pointers can stay in registers
   const KernelScratch work = scratch;
-  clear(work.column[0], block.n_padded);
-  Lanes sum;
-  forEachRow(
-      block,
-      [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
-        const Group<Dim> group(block, work.z, i, g);
-        const Lanes r = load(block.length + group.slot);
-        const Stretch<Dim, Lps> stretch(block, group, i, r);
-        const LaneBits intact =
-            breakBonds(law, shared, listener, i, g, block.intact[g], r, stretch.e);
-        const Lanes J = keep(intact, load(block.influence + group.slot));
-        const Lanes r_e_J = r * stretch.e * J;
-        sum = multiplyAdd(r_e_J, load(block.volume + group.tile), sum);
-        if (in_block) {
-          double* column = work.column[0] + group.tile;
-          store(column, multiplyAdd(r_e_J, broadcast(block.volume[i]), load(column)));
-        }
-        if constexpr (keep_stretch) {
-          store(work.elongation + group.slot, stretch.e);
-          for (int d = 0; d < Dim; ++d) store(work.e[d] + group.slot, stretch.direction[d]);
-        }
-      },
-      [&](std::size_t i) PERIDEM_LAMBDA {
-        work.row[0][i] = sumOfLanes(sum);
-        sum = Lanes{};
-      });
-  for (std::size_t k = 0; k < block.n_own; ++k) {
-    const auto node = static_cast<std::size_t>(block.nodes[k]);
-    nodes.theta[node] =
-        law.dilatation(nodes.weighted_volume[node], work.row[0][k] + work.column[0][k]);
-  }
+  clearSums(block, work.row[0], work.column[0]);
+  forEachGroup(block, [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
+    const Group<Dim> group(block, work.z, i, g);
+    const Lanes r = load(lengthsOf(block, g));
+    const Stretch<Dim, Lps> stretch(block, group, i, r);
+    const LaneBits intact =
+        breakBonds(law, shared, listener, i, g, block.groups[g].intact, r, stretch.e);
+    const Lanes J = keep(intact, load(influencesOf(block, g)));
+    const Lanes r_e_J = r * stretch.e * J;
+    double* row = work.row[0] + lanes * i;
+    store(row, multiplyAdd(r_e_J, load(block.volume + group.tile), load(row)));
+    if (in_block) {
+      double* column = work.column[0] + group.tile;
+      store(column, multiplyAdd(r_e_J, broadcast(block.volume[i]), load(column)));
+    }
+    if constexpr (keep_stretch) {
+      store(work.elongation + lanes * g, stretch.e);
+      for (int d = 0; d < Dim; ++d) store(work.e[d] + lanes * g, stretch.direction[d]);
+    }
+  });
+  for (std::size_t k = 0; k < block.n_own; ++k)
+    nodes.theta[static_cast<std::size_t>(block.nodes[k])] =
+        law.dilatation(block.weighted_volume[k], sumAt(work.row[0], work.column[0], k));
 }
 
 // (9) f_i = sum of J V_j [ r (theta_i a_i + theta_j a_j) + e (b_i + b_j) ] y/|y|  Jha et al. 2021
@@ -189,40 +195,30 @@ void stateBasedForcePass(const BlockView& shared, const NodeArrays& nodes,
   for (std::size_t k = 0; k < block.n_all; ++k)
     work.theta_a[k] =
         block.nodes[k] < 0 ? 0 : nodes.theta[static_cast<std::size_t>(block.nodes[k])] * block.a[k];
-  for (int d = 0; d < Dim; ++d) clear(work.column[d], block.n_padded);
-  Lanes sum[Dim];
-  forEachRow(
-      block,
-      [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
-        const auto tile = static_cast<std::size_t>(block.tile[g]);
-        const std::size_t slot = g * lanes;
-        const Lanes r = load(block.length + slot);
-        Lanes e;
-        Lanes direction[Dim];
-        if constexpr (stretch_kept) {
-          e = load(work.elongation + slot);
-          for (int d = 0; d < Dim; ++d) direction[d] = load(work.e[d] + slot);
-        } else {
-          const Group<Dim> group(block, work.z, i, g);
-          const Stretch<Dim, Lps> stretch(block, group, i, r);
-          e = stretch.e;
-          for (int d = 0; d < Dim; ++d) direction[d] = stretch.direction[d];
-        }
-        const LaneBits intact = block.intact[g];
-        const Lanes J = keep(intact, load(block.influence + slot));
-        const Lanes theta_a = load(work.theta_a + tile) + work.theta_a[i];
-        const Lanes b = load(block.b + tile) + block.b[i];
-        Lanes t = J * Lps::force(r, e, theta_a, b);
-        if (const auto broken = static_cast<LaneBits>(block.exists[g] & ~intact); broken)
-          t += selfContact(block, e + r, broken);
-        addPairForce<Dim>(block, work, i, tile, in_block, t, direction, sum);
-      },
-      [&](std::size_t i) PERIDEM_LAMBDA {
-        for (int d = 0; d < Dim; ++d) {
-          work.row[d][i] = sumOfLanes(sum[d]);
-          sum[d] = Lanes{};
-        }
-      });
+  for (int d = 0; d < Dim; ++d) clearSums(block, work.row[d], work.column[d]);
+  forEachGroup(block, [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
+    const BondGroup bonds = block.groups[g];
+    const auto tile = static_cast<std::size_t>(bonds.tile);
+    const Lanes r = load(lengthsOf(block, g));
+    Lanes e;
+    Lanes direction[Dim];
+    if constexpr (stretch_kept) {
+      e = load(work.elongation + lanes * g);
+      for (int d = 0; d < Dim; ++d) direction[d] = load(work.e[d] + lanes * g);
+    } else {
+      const Group<Dim> group(block, work.z, i, g);
+      const Stretch<Dim, Lps> stretch(block, group, i, r);
+      e = stretch.e;
+      for (int d = 0; d < Dim; ++d) direction[d] = stretch.direction[d];
+    }
+    const Lanes J = keep(bonds.intact, load(influencesOf(block, g)));
+    const Lanes theta_a = load(work.theta_a + tile) + work.theta_a[i];
+    const Lanes b = load(block.b + tile) + block.b[i];
+    Lanes t = J * Lps::force(r, e, theta_a, b);
+    if (const auto broken = static_cast<LaneBits>(bonds.exists & ~bonds.intact); broken)
+      t += selfContact(block, e + r, broken);
+    addPairForce<Dim>(block, work, i, tile, in_block, t, direction);
+  });
   storeForces<Dim>(block, nodes, work);
 }
 
@@ -233,34 +229,24 @@ void bondBasedForcePass(const Law& law, const BlockView& shared, const NodeArray
                         const KernelScratch& scratch, const BreakListener& listener) {
   const BlockView block = shared;  // copies whose pointers can stay in registers
   const KernelScratch work = scratch;
-  for (int d = 0; d < Dim; ++d) clear(work.column[d], block.n_padded);
-  Lanes sum[Dim];
-  forEachRow(
-      block,
-      [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
-        const Group<Dim> group(block, work.z, i, g);
-        const Lanes r = load(block.length + group.slot);
-        const Stretch<Dim, Law> stretch(block, group, i, r);
-        const LaneBits intact_before = block.intact[g];
-        const auto broken_before = static_cast<LaneBits>(block.exists[g] & ~intact_before);
-        const LaneBits intact =
-            breakBonds(law, shared, listener, i, g, intact_before, r, stretch.e);
-        const Lanes J = keep(intact, load(block.influence + group.slot));
-        addPairForce<Dim>(block, work, i, group.tile, in_block, J * law.force(r, stretch.e),
-                          stretch.direction, sum);
-        if (broken_before) {
-          const Lanes t = selfContact(block, group.deformed_length, broken_before);
-          Lanes direction[Dim];
-          for (int d = 0; d < Dim; ++d) direction[d] = group.y[d] * group.inverse_length;
-          addPairForce<Dim>(block, work, i, group.tile, in_block, t, direction, sum);
-        }
-      },
-      [&](std::size_t i) PERIDEM_LAMBDA {
-        for (int d = 0; d < Dim; ++d) {
-          work.row[d][i] = sumOfLanes(sum[d]);
-          sum[d] = Lanes{};
-        }
-      });
+  for (int d = 0; d < Dim; ++d) clearSums(block, work.row[d], work.column[d]);
+  forEachGroup(block, [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
+    const Group<Dim> group(block, work.z, i, g);
+    const Lanes r = load(lengthsOf(block, g));
+    const Stretch<Dim, Law> stretch(block, group, i, r);
+    const LaneBits intact_before = block.groups[g].intact;
+    const auto broken_before = static_cast<LaneBits>(block.groups[g].exists & ~intact_before);
+    const LaneBits intact = breakBonds(law, shared, listener, i, g, intact_before, r, stretch.e);
+    const Lanes J = keep(intact, load(influencesOf(block, g)));
+    addPairForce<Dim>(block, work, i, group.tile, in_block, J * law.force(r, stretch.e),
+                      stretch.direction);
+    if (broken_before) {
+      const Lanes t = selfContact(block, group.deformed_length, broken_before);
+      Lanes direction[Dim];
+      for (int d = 0; d < Dim; ++d) direction[d] = group.y[d] * group.inverse_length;
+      addPairForce<Dim>(block, work, i, group.tile, in_block, t, direction);
+    }
+  });
   storeForces<Dim>(block, nodes, work);
 }
 
@@ -270,42 +256,32 @@ void damagePass(const Law& law, const BlockView& shared, const NodeArrays& nodes
                 const KernelScratch& scratch) {
   const BlockView block = shared;  // copies whose pointers can stay in registers
   const KernelScratch work = scratch;
-  clear(work.column[0], block.n_padded);
-  Lanes largest;
-  forEachRow(
-      block,
-      [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
-        const Group<Dim> group(block, work.z, i, g);
-        const Lanes r = load(block.length + group.slot);
-        const Stretch<Dim, Law> stretch(block, group, i, r);
-        const Lanes z = keep(block.exists[g], law.damage(r, stretch.e));
-        largest = larger(largest, z);
-        if (in_block) {
-          double* column = work.column[0] + group.tile;
-          store(column, larger(load(column), z));
-        }
-      },
-      [&](std::size_t i) PERIDEM_LAMBDA {
-        work.row[0][i] = largestLane(largest);
-        largest = Lanes{};
-      });
+  clearSums(block, work.row[0], work.column[0]);
+  forEachGroup(block, [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
+    const Group<Dim> group(block, work.z, i, g);
+    const Lanes r = load(lengthsOf(block, g));
+    const Stretch<Dim, Law> stretch(block, group, i, r);
+    const Lanes z = keep(block.groups[g].exists, law.damage(r, stretch.e));
+    double* row = work.row[0] + lanes * i;
+    store(row, larger(load(row), z));
+    if (in_block) {
+      double* column = work.column[0] + group.tile;
+      store(column, larger(load(column), z));
+    }
+  });
   for (std::size_t k = 0; k < block.n_own; ++k)
     nodes.damage_z[static_cast<std::size_t>(block.nodes[k])] =
-        larger(work.row[0][k], work.column[0][k]);
+        larger(largestLane(load(work.row[0] + lanes * k)), work.column[0][k]);
 }
 
 // Reference lengths as the force loops compute them: an undeformed bond has elongation 0 exactly.
 template <int Dim>
 void lengthsPass(const BlockView& block) {
-  forEachRow(
-      block,
-      [&](std::size_t i, std::size_t g, bool) PERIDEM_LAMBDA {
-        const Group<Dim> group(block, block.z_ref, i, g);
-        const auto without_bond = static_cast<LaneBits>(~block.exists[g]);
-        store(block.length + group.slot,
-              group.deformed_length + keep(without_bond, broadcast(1.0)));
-      },
-      [](std::size_t) {});
+  forEachGroup(block, [&](std::size_t i, std::size_t g, bool) PERIDEM_LAMBDA {
+    const Group<Dim> group(block, block.z_ref, i, g);
+    const auto without_bond = static_cast<LaneBits>(~block.groups[g].exists);
+    store(lengthsOf(block, g), group.deformed_length + keep(without_bond, broadcast(1.0)));
+  });
 }
 
 template <int Dim>

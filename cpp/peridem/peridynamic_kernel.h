@@ -13,19 +13,15 @@ namespace peridem {
 
 // The arrays of a BondBlock.
 struct BlockView {
-  std::size_t n_own, n_padded, n_all;
+  std::size_t n_own, n_padded, n_all, n_inside, n_groups;
   const Index* nodes;
   const double* z_ref[3];
   const double* volume;
+  const double* weighted_volume;
   const double* a;
   const double* b;
-  const Index* row_begin;
-  const Index* row_halo;
-  const Index* tile;
-  const LaneBits* exists;
-  LaneBits* intact;
-  double* length;
-  const double* influence;
+  BondGroup* groups;
+  double* numbers;             // group_numbers for each group
   std::size_t center;          // global centre node of the body
   double self_contact_radius;  // Rc
   double self_contact_kn;
@@ -34,7 +30,6 @@ struct BlockView {
 // Arrays over the nodes of the model; vectors have three components per node.
 struct NodeArrays {
   const double* u;
-  const double* weighted_volume;
   double* f;
   double* theta;
   double* damage_z;
@@ -45,7 +40,7 @@ struct NodeArrays {
 struct KernelScratch {
   double* z[3];
   double* theta_a;
-  double* row[3];     // sums over the groups of a row
+  double* row[3];     // sums over the groups of a row, eight lanes for each place
   double* column[3];  // sums over the rows of a tile
   double* e[3];
   double* elongation;

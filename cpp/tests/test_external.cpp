@@ -146,6 +146,20 @@ TEST_CASE("prescribed motion: velocities are the derivatives of the displacement
     }
 }
 
+TEST_CASE("prescribed motion: tells the longest way of a node in one direction") {
+  State state(3);
+  DisplacementSet set = displacement(TimeFunctionType::linear, {1}, 3, 3);
+  set.nodes = {0, 2};
+  set.amplitude = {1, -4};
+  const auto way = [&](Real t) {
+    return prescribeDisplacements(state, std::span(&set, 1), t, Compatibility::corrected);
+  };
+  CHECK(way(0) == 0);
+  CHECK(way(0.5) == 2);   // node 2 to -2
+  CHECK(way(0.25) == 1);  // and back to -1
+  CHECK(way(0.25) == 0);
+}
+
 TEST_CASE("prescribed motion: only the listed directions change") {
   State state(2);
   state.u[1] = state.v[1] = Vec3(7, 8, 9);
