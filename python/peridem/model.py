@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .bodies import BodyPlan
 from .bonds import Bonds
-from .build import BodyPlan, BuiltModel, build_model
+from .build import BuiltModel, build_model
 from .checkpoint import CheckpointWriter, newest_checkpoint
 from .checks import check_model, contact_time_step_note
 from .deck import Deck, read_deck
