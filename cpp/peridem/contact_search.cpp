@@ -30,13 +30,15 @@ bool ContactSearch::needsRebuild(const State& state, int threads) {
   const std::size_t n = state.size();
   if (x_built_.size() != n) return true;
   Real farthest = 0;
-#pragma omp parallel for num_threads(threads) reduction(max : farthest) \
+  int lost = 0;  // a position that is not a number: the rebuild is harmless, the step reports it
+#pragma omp parallel for num_threads(threads) reduction(max : farthest) reduction(| : lost) \
     schedule(static) if (n > nodes_worth_threads)
   for (std::size_t i = 0; i < n; ++i) {
-    // NaN counts as far: the rebuild is harmless and the step reports it.
     const Real squared = (state.x[i] - x_built_[i]).squaredNorm();
-    farthest = squared <= farthest ? farthest : squared;
+    farthest = std::max(farthest, squared);
+    lost |= !(squared >= 0);
   }
+  if (lost) return true;
   moved_ = std::sqrt(farthest);
   return !(moved_ < skin_ / 2);
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "errors.h"
 
@@ -75,9 +76,9 @@ Lps makeLps(const MaterialDeck& m, Real horizon) {
                          std::pow(3.0 / 4.0, 4) * (c.bulk_modulus - 5 * c.shear_modulus / 3)) *
                         horizon));
   } else {
-    law.bulk_modulus = m.law_parameters.at(0);
-    law.shear_modulus = m.law_parameters.at(1);
-    law.s0 = m.law_parameters.at(2);
+    law.bulk_modulus = m.law_parameters[0];
+    law.shear_modulus = m.law_parameters[1];
+    law.s0 = m.law_parameters[2];
   }
   if (!(law.s0 > 0)) throw InputError("material: the critical stretch s0 is not a positive number");
   law.break_limit = breakLimit(law.s0);
@@ -87,8 +88,8 @@ Lps makeLps(const MaterialDeck& m, Real horizon) {
 Pmb makePmb(const MaterialDeck& m, Real horizon, int dimension) {
   Pmb law{};
   if (!m.law_parameters.empty()) {
-    law.c = m.law_parameters.at(0);
-    law.s0 = m.law_parameters.at(1);
+    law.c = m.law_parameters[0];
+    law.s0 = m.law_parameters[1];
   } else {
     const ElasticConstants c = resolveElastic(m);
     const Real eps3 = horizon * horizon * horizon;
@@ -105,7 +106,7 @@ Pmb makeElasticBond(const MaterialDeck& m, Real horizon) {
   Pmb law{};
   law.c = m.law_parameters.empty()
               ? 24 * resolveElastic(m).lame_lambda / (pi * horizon * horizon * horizon)
-              : m.law_parameters.at(0);
+              : m.law_parameters[0];
   law.s0 = 0;
   law.break_limit = never;
   return law;
@@ -120,8 +121,8 @@ Rnp makeRnp(const MaterialDeck& m, const Influence& influence, Real horizon, int
   Real C = 0;
   Real beta = 0;
   if (!m.law_parameters.empty()) {
-    C = m.law_parameters.at(0);
-    beta = m.law_parameters.at(1);
+    C = m.law_parameters[0];
+    beta = m.law_parameters[1];
   } else {
     const ElasticConstants e = resolveElastic(m);
     const Real moment = influence.moment(dimension);
@@ -140,7 +141,27 @@ Rnp makeRnp(const MaterialDeck& m, const Influence& influence, Real horizon, int
 
 }  // namespace
 
+namespace {
+
+std::size_t constantsNeeded(MaterialType type) {
+  switch (type) {
+    case MaterialType::pd_state:
+      return 3;
+    case MaterialType::pmb_bond:
+    case MaterialType::rnp_bond:
+      return 2;
+    case MaterialType::pd_elastic_bond:
+      break;
+  }
+  return 1;
+}
+
+}  // namespace
+
 Law makeLaw(const MaterialDeck& m, const Influence& influence, Real horizon, int dimension) {
+  if (!m.law_parameters.empty() && m.law_parameters.size() < constantsNeeded(m.type))
+    throw InputError("material: the law needs " + std::to_string(constantsNeeded(m.type)) +
+                     " constants, " + std::to_string(m.law_parameters.size()) + " are given");
   Law law;
   switch (m.type) {
     case MaterialType::pd_state:

@@ -42,6 +42,10 @@ void validate(const ModelDeck& deck) {
       throw InputError(zone.name + ": no such mesh");
     if (!(zone.material.density > 0)) throw InputError(zone.name + ": density must be positive");
   }
+  for (const Mesh& mesh : deck.meshes)
+    if (!mesh.volumes.empty() && mesh.volumes.size() != mesh.points.size())
+      throw InputError("mesh: " + std::to_string(mesh.volumes.size()) + " nodal volumes for " +
+                       std::to_string(mesh.points.size()) + " nodes; give one for each node");
   if (deck.bodies.empty()) throw InputError("the model has no bodies");
 }
 
@@ -328,8 +332,10 @@ Real DEMModel::speedLimit() const {
 }
 
 void DEMModel::reportRunaway() const {
-  const auto bad = std::find_if(state_.v.begin(), state_.v.end(), [&](const Vec3& velocity) {
-    return !(velocity.cwiseAbs().maxCoeff() < speed_limit_);
+  const auto bad = std::find_if(state_.v.begin(), state_.v.end(), [&](const Vec3& v) {
+    // not maxCoeff(), which may pass over NaN
+    return !(std::abs(v[0]) < speed_limit_ && std::abs(v[1]) < speed_limit_ &&
+             std::abs(v[2]) < speed_limit_);
   });
   const auto i = std::min(static_cast<std::size_t>(bad - state_.v.begin()), state_.size() - 1);
   const Particle& body = particles_[static_cast<std::size_t>(state_.particle_id[i])];

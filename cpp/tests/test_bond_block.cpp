@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 #include <numeric>
 
@@ -30,15 +31,17 @@ struct Blocks {
   const Particle& body() const { return bodies.list[1]; }
 };
 
-// Calls visit(block, i, place, slot) for every stored bond: places in the block, slot of the lane.
+// Calls visit(i, place, r, influence) for every stored bond, i and place being places in the block.
 template <class Visit>
 void forEachBond(const BondBlock& block, Visit visit) {
-  for (std::size_t i = 0; i < block.n_own; ++i)
-    for (auto g = static_cast<std::size_t>(block.row_begin[i]);
-         g < static_cast<std::size_t>(block.row_begin[i + 1]); ++g)
-      for (std::size_t lane = 0; lane < lanes; ++lane)
-        if ((block.exists[g] >> lane) & 1)
-          visit(i, static_cast<std::size_t>(block.tile[g]) + lane, g * lanes + lane);
+  for (std::size_t g = 0; g < block.n_groups; ++g) {
+    const Real* numbers = &block.numbers[g * group_numbers];
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      if ((block.groups[g].exists >> lane) & 1)
+        visit(static_cast<std::size_t>(block.groups[g].row),
+              static_cast<std::size_t>(block.groups[g].tile) + lane, numbers[lane],
+              numbers[lanes + lane]);
+  }
 }
 
 }  // namespace
@@ -94,7 +97,7 @@ TEST_CASE("bond blocks: a bond is stored once inside a block and on either side 
     const Blocks b(disturbedGrid(19, 17), parts);
     std::map<std::pair<Index, Index>, int> times;  // of the directed bond
     for (const BondBlock& block : b.blocks)
-      forEachBond(block, [&](std::size_t i, std::size_t place, std::size_t) {
+      forEachBond(block, [&](std::size_t i, std::size_t place, Real, Real) {
         const Index from = block.nodes[i];
         const Index to = block.nodes[place];
         ++times[{from, to}];
@@ -130,14 +133,14 @@ TEST_CASE("bond blocks: carry length, influence, volume and position of their bo
         wrong += block.z_ref[d][k] != state.x_ref[node][component] - center[component];
       }
     }
-    forEachBond(block, [&](std::size_t i, std::size_t place, std::size_t slot) {
+    forEachBond(block, [&](std::size_t i, std::size_t place, Real r, Real influence) {
       const Index j = block.nodes[place];
       const auto c = bondConstants(state, b.body(), b.bodies.influence, block.nodes[i], j);
-      const Real weight = block.influence[slot] * state.volume[static_cast<std::size_t>(j)];
-      wrong += block.length[slot] != c.length;
+      const Real weight = influence * state.volume[static_cast<std::size_t>(j)];
+      wrong += r != c.length;
       wrong += relativeError(weight, c.weight) > 4 * epsilon;
     });
-    CHECK(block.intact == block.exists);
+    for (const BondGroup& group : block.groups) wrong += group.intact != group.exists;
   }
   CHECK(wrong == 0);
 }
@@ -146,24 +149,49 @@ TEST_CASE("bond blocks: lanes without a bond have length one and no influence") 
   const Blocks b(disturbedGrid(6, 5), 1);
   std::size_t wrong = 0;
   for (const BondBlock& block : b.blocks)
-    for (std::size_t g = 0; g < block.groups(); ++g)
+    for (std::size_t g = 0; g < block.n_groups; ++g)
       for (std::size_t lane = 0; lane < lanes; ++lane)
-        if (!((block.exists[g] >> lane) & 1))
-          wrong += block.length[g * lanes + lane] != 1 || block.influence[g * lanes + lane] != 0;
+        if (!((block.groups[g].exists >> lane) & 1))
+          wrong += block.numbers[g * group_numbers + lane] != 1 ||
+                   block.numbers[g * group_numbers + lanes + lane] != 0;
   CHECK(wrong == 0);
 }
 
-TEST_CASE("bond blocks: groups with the halo come last in a row") {
+TEST_CASE("bond blocks: groups with the halo come last, rows ascend in either part") {
   const Blocks b(disturbedGrid(19, 17), 4);
   for (const BondBlock& block : b.blocks) {
-    std::size_t wrong = 0;
-    for (std::size_t i = 0; i < block.n_own; ++i)
-      for (Index g = block.row_begin[i]; g < block.row_begin[i + 1]; ++g) {
-        const bool halo =
-            block.tile[static_cast<std::size_t>(g)] >= static_cast<Index>(block.n_padded);
-        wrong += halo != (g >= block.row_halo[i]);
-      }
+    std::size_t wrong = block.n_inside == block.n_groups;  // four pieces: each has a halo
+    for (std::size_t g = 0; g < block.n_groups; ++g) {
+      const bool halo = block.groups[g].tile >= static_cast<Index>(block.n_padded);
+      wrong += halo != (g >= block.n_inside);
+      if (g > 0 && g != block.n_inside) wrong += block.groups[g].row < block.groups[g - 1].row;
+    }
     CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("bond groups: packing keeps the groups of every block, one block after the other") {
+  Blocks b(disturbedGrid(19, 17), 4);
+  std::vector<BondBlock*> order;
+  std::vector<BondGroup> groups;
+  std::vector<Real> numbers;
+  for (BondBlock& block : b.blocks) {
+    order.push_back(&block);
+    groups.insert(groups.end(), block.groups.begin(), block.groups.end());
+    numbers.insert(numbers.end(), block.numbers.begin(), block.numbers.end());
+  }
+  BondGroups packed;
+  packed.pack(order);
+  REQUIRE(packed.groups.size() == groups.size());
+  CHECK(std::equal(groups.begin(), groups.end(), packed.groups.begin(),
+                   [](const BondGroup& p, const BondGroup& q) {
+                     return p.row == q.row && p.tile == q.tile && p.exists == q.exists;
+                   }));
+  CHECK(std::equal(numbers.begin(), numbers.end(), packed.numbers.data()));
+  std::size_t first = 0;
+  for (const BondBlock& block : b.blocks) {
+    CHECK(block.first_group == first);
+    first += block.n_groups;
   }
 }
 
