@@ -18,10 +18,14 @@ constexpr Real skin_by_reach = 0.5;
 // Rc and Kn when the deck leaves them out: 0.95 h (35) and 18 kappa_eff / (pi eps^5) (36).
 ContactLaw makeContactLaw(const ContactDeck& deck, Real h_min, Real kappa, Real horizon,
                           Compatibility mode) {
+  if (!(deck.epsilon > 0 && deck.epsilon <= 1))
+    throw InputError("Contact: Epsilon must be above 0 and at most 1");
+  if (!(deck.friction_coeff >= 0)) throw InputError("Contact: Friction_Coeff must not be negative");
   ContactLaw law;
   law.radius = isGiven(deck.contact_radius)          ? deck.contact_radius
                : isGiven(deck.contact_radius_factor) ? deck.contact_radius_factor * h_min
                                                      : 0.95 * h_min;
+  if (!(law.radius > 0)) throw InputError("Contact: the contact radius must be positive");
   law.kappa = kappa;
   law.kn = isGiven(deck.kn) ? deck.kn * deck.kn_factor
                             : deck.kn_factor * 18 * kappa / (pi * std::pow(horizon, 5));

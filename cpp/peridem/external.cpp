@@ -193,6 +193,10 @@ void validateSet(const Set& set, std::size_t n_nodes, const char* name) {
   const std::size_t needed = parametersNeeded(set.time_function.type);
   if (set.time_function.parameters.size() < needed)
     throw InputError(where + ": the time function needs " + std::to_string(needed) + " parameters");
+  const auto& p = set.time_function.parameters;
+  if (set.time_function.type == TimeFunctionType::linear_step &&
+      !(p[1] >= 0 && p[2] >= 0 && p[1] + p[2] > 0))
+    throw InputError(where + ": linear_step needs times T1, T2 >= 0 with T1 + T2 > 0");
   if (set.directions == 0 || set.directions > 7)
     throw InputError(where + ": the directions are a set of x, y, z");
 }

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "types.h"
+#include "real.h"
 
 namespace peridem {
 

@@ -133,6 +133,7 @@ void DEMModel::addForceSet(ForceSet set) {
 }
 
 void DEMModel::addInitialVelocity(InitialVelocity velocity) {
+  if (started_) throw InputError("initial velocities must be added before the first step");
   for (const Index id : velocity.bodies)
     if (id < 0 || static_cast<std::size_t>(id) >= particles_.size())
       throw InputError("IC.Constant_Velocity: body " + std::to_string(id) + " does not exist");
@@ -193,7 +194,7 @@ Offset DEMModel::integrate(Offset n, const StepObserver& observer) {
   contact_.noteAnyTravel();  // the arrays may have been written since the last step
   Offset taken = 0;
   while (taken < n) {
-    step();
+    advance();
     ++taken;
     if (observer && observer()) break;
   }
@@ -202,6 +203,12 @@ Offset DEMModel::integrate(Offset n, const StepObserver& observer) {
 }
 
 void DEMModel::step() {
+  start();
+  contact_.noteAnyTravel();
+  advance();
+}
+
+void DEMModel::advance() {
   if (deck_.time_scheme == TimeScheme::velocity_verlet)
     integrateVerlet();
   else
@@ -332,12 +339,13 @@ Real DEMModel::speedLimit() const {
 }
 
 void DEMModel::reportRunaway() const {
-  const auto bad = std::find_if(state_.v.begin(), state_.v.end(), [&](const Vec3& v) {
-    // not maxCoeff(), which may pass over NaN
-    return !(std::abs(v[0]) < speed_limit_ && std::abs(v[1]) < speed_limit_ &&
-             std::abs(v[2]) < speed_limit_);
-  });
-  const auto i = std::min(static_cast<std::size_t>(bad - state_.v.begin()), state_.size() - 1);
+  std::size_t i = 0;
+  const auto diverged = [&](std::size_t k) {
+    for (int d = 0; d < deck_.dimension; ++d)
+      if (!((locked_[k] >> d) & 1) && !(std::abs(state_.v[k][d]) < speed_limit_)) return true;
+    return false;
+  };
+  while (i + 1 < state_.size() && !diverged(i)) ++i;
   const Particle& body = particles_[static_cast<std::size_t>(state_.particle_id[i])];
   std::ostringstream text;
   text << "step " << n_ + 1 << " (t = " << time_ + timeStep() << " s): body " << body.id

@@ -52,7 +52,7 @@ class DEMModel {
 
   // Initial velocity, prescribed motion and forces at t = 0; done once.
   void start();
-  void step();
+  void step();  // one step, whatever has been written to the arrays
 
   // `slip_time`: time during which the springs of the friction with history have stretched since
   // the last evaluation; the step passes dt.
@@ -106,6 +106,7 @@ class DEMModel {
   std::size_t memoryBytes() const;
 
  private:
+  void advance();  // one step after another: no node has moved in between
   void integrateCD();
   void integrateVerlet();
   void kickDriftAndPrescribe(Real k, Real dt);

@@ -1,8 +1,8 @@
 // Force loops over the bond groups of a block; see bond_block.h. Compiled once per instruction set
 // into the namespace PERIDEM_ISA.
-#include "simd.h"
-// after the lanes, which the templates of the laws must know
 #include "peridynamic_kernel.h"
+
+#include "simd.h"
 
 namespace peridem::PERIDEM_ISA {
 

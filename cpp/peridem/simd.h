@@ -1,9 +1,9 @@
 // Eight lanes of double precision, as one, two or four registers of the width that the instruction
 // set has, on top of the vector extensions of GCC and Clang.
 //
-// For the force kernels alone, which are compiled once per instruction set: include it before the
-// laws, whose templates then find these functions. Everything is forced inline, so that no code of
-// one set can be linked into another.
+// For the force kernels alone, which are compiled once per instruction set, each into a namespace
+// PERIDEM_ISA of its own: no code of one set can be linked into another. The laws find these
+// functions by their arguments.
 #pragma once
 
 #include "lanes.h"
@@ -12,7 +12,13 @@
 #include <immintrin.h>
 #endif
 
-namespace peridem {
+namespace peridem::PERIDEM_ISA {
+
+// the same functions of numbers
+using peridem::exponential;
+using peridem::larger;
+using peridem::magnitude;
+using peridem::squareRoot;
 
 #if defined(__AVX512F__)
 inline constexpr int register_lanes = 8;
@@ -202,4 +208,4 @@ PERIDEM_INLINE double largestLane(const Lanes& a) {
   return result;
 }
 
-}  // namespace peridem
+}  // namespace peridem::PERIDEM_ISA

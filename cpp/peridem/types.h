@@ -2,21 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <limits>
+
+#include "real.h"
 
 namespace peridem {
 
-using Real = double;
-using Index = std::int32_t;   // nodes, bodies, zones
-using Offset = std::int64_t;  // positions in bond and contact lists
 using Vec3 = Eigen::Vector3d;
-
-inline constexpr Real pi = 3.14159265358979323846;
-inline constexpr Real not_given = std::numeric_limits<Real>::quiet_NaN();
-
-inline bool isGiven(Real value) {
-  return value == value;
-}
 
 }  // namespace peridem

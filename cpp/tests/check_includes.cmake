@@ -10,7 +10,8 @@ endif()
 
 # Stems (path without extension), from the ground up.
 set(levels
-  "types errors lanes"
+  "real errors lanes"
+  "types"
   "fuzzy deck state neighbors cell_grid simd"
   "laws/lps laws/pmb laws/rnp laws/contact influence mesh integrator"
   "material peridynamic_kernel"
@@ -20,7 +21,7 @@ set(levels
   "contact peridynamic"
   "model")
 set(foreign "pybind11/|Python\\.h|yaml|vtk|[Hh]5|iostream|cstdio|stdio\\.h|fstream|filesystem")
-set(laws_may_include "types fuzzy lanes laws/lps laws/pmb laws/rnp laws/contact")
+set(laws_may_include "real fuzzy lanes laws/lps laws/pmb laws/rnp laws/contact")
 
 set(level 0)
 foreach(names IN LISTS levels)

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "../types.h"
+#include "../real.h"
 
 namespace peridem {
 

@@ -17,7 +17,9 @@ struct Lps {
   bool tension_only;
 
   // (10) theta = 3/m sum of r e J V
-  Real dilatation(Real m, Real sum_r_e_w) const { return m > 0 ? 3 / m * sum_r_e_w : 0; }
+  PERIDEM_INLINE Real dilatation(Real m, Real sum_r_e_w) const {
+    return m > 0 ? 3 / m * sum_r_e_w : 0;
+  }
 
   // Factors of (9) at a node: a = 3K/m - 15G/(3m) multiplies theta r, b = 15G/m multiplies e.
   Real b(Real m) const { return 15 * shear_modulus / m; }

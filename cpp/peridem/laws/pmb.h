@@ -2,7 +2,7 @@
 #pragma once
 
 #include "../lanes.h"
-#include "../types.h"
+#include "../real.h"
 
 namespace peridem {
 
