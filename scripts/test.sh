@@ -16,7 +16,6 @@ run mypy
 
 # The C++ core on its own, without Python. CMake from PyPI: the presets need 3.25 or newer.
 pip install --quiet --disable-pip-version-check "cmake>=3.25" ninja
-export CMAKE_GENERATOR=Ninja
 for preset in release asan-ubsan; do
   run cmake --preset "$preset"
   run cmake --build --preset "$preset"

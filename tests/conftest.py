@@ -1,5 +1,6 @@
 """Puts the tests' own modules, `helpers` and `reference`, within reach of every test."""
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,11 @@ from helpers import DeckFolder
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Let the number of mutated decks be chosen."""
     parser.addoption("--fuzz", type=int, metavar="N", help="run N more mutants of decks and files")
+
+
+def pytest_configure() -> None:
+    """Let Ctrl-C be tested where the tests themselves run with it ignored (nohup, some CI)."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -3,6 +3,12 @@
 The model is that of Jha, Desai, Bhattacharya, Lipton, JMPS 151 (2021) 104376.
 """
 
+import os
+
+# How long threads that wait for the next loop keep a processor busy: about 0.2 ms. The default of
+# GCC's OpenMP, several ms, slows a machine down that has other work; it is read when _core loads.
+os.environ.setdefault("GOMP_SPINCOUNT", "10000")
+
 from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck

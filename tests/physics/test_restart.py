@@ -197,7 +197,7 @@ def test_killed_run_goes_on_exactly(deck_folder: DeckFolder, tmp_path: Path, see
     with pytest.raises(subprocess.TimeoutExpired):
         child.wait(rng.uniform(0.0, 0.4))  # the random moment, most likely within a write
     child.kill()
-    assert child.wait() == -signal.SIGKILL
+    assert child.wait(60) == -signal.SIGKILL
     resumed = DEMModel.resume(out, threads=1)
     assert resumed.n % 3 == 0
     whole = DEMModel.from_deck(deck, threads=1)
@@ -230,7 +230,7 @@ def test_command_stops_and_resumes(
     )
     wait_for_checkpoint(child, out)
     child.send_signal(number)
-    _, words = child.communicate()
+    _, words = child.communicate(timeout=60)
     assert child.returncode == code, words
     newest = list_checkpoints(out)[0]
     assert f"Go on from {newest.name} with `peridem resume {out}`" in words
