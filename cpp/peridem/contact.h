@@ -11,6 +11,9 @@
 
 namespace peridem {
 
+// Nodes in contact below which waking threads costs more than it saves.
+inline constexpr std::size_t contact_rows_worth_threads = 2000;
+
 // Elongation [m] of the tangential spring that pulls node i towards where node j slips.
 struct SlipRecord {
   Index i = 0;
@@ -59,6 +62,8 @@ class ContactForce {
                      std::vector<Vec3>& f, int threads);
   void addCenterDamping(const State& state, const std::vector<Particle>& bodies,
                         std::vector<Vec3>& f) const;
+  void dampPair(const State& state, const Particle& p, const Particle& q,
+                std::vector<Vec3>& f) const;
   void addWallDamping(const State& state, const std::vector<Particle>& bodies, std::vector<Vec3>& f,
                       int threads);
   void dampAgainstWalls(const State& state, const std::vector<Particle>& bodies,

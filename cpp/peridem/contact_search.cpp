@@ -114,8 +114,8 @@ std::vector<Index> ContactSearch::nodesNearOthers(const State& state,
 void ContactSearch::rebuild(const State& state, const BondTable& bonds,
                             const std::vector<Particle>& bodies, int threads) {
   const Real radius = reach_ + skin_;
-  const BodyPairs pairs = bodyPairs(state, bodies, radius, threads);
-  const std::vector<Index> near = nodesNearOthers(state, bodies, pairs, radius, threads);
+  near_pairs_ = bodyPairs(state, bodies, radius, threads);
+  const std::vector<Index> near = nodesNearOthers(state, bodies, near_pairs_, radius, threads);
 
   const CellGrid grid(state.x, near, radius);
   const auto body_of = [&](Index node) -> const Particle& {

@@ -41,6 +41,9 @@ class ContactSearch {
   // Bodies p < q, neither a wall, whose centres may be closer than R_p + R_q + 1.01 reach.
   const std::vector<std::pair<Index, Index>>& centerPairs() const { return center_pairs_; }
 
+  // Bodies p <= q whose nodes may be within reach of each other (p = q: self-contact).
+  const std::vector<std::pair<Index, Index>>& nearPairs() const { return near_pairs_; }
+
   // Rows of nodes() that belong to body p: [bodyRows(p).first, bodyRows(p).second).
   std::pair<std::size_t, std::size_t> bodyRows(const Particle& body) const;
 
@@ -69,6 +72,7 @@ class ContactSearch {
   std::vector<Index> nodes_;
   AdjacencyList candidates_;
   BodyPairs center_pairs_;
+  BodyPairs near_pairs_;
   Real moved_ = unknown;   // upper bound of the motion since the last build
   Real travel_ = unknown;  // and of that since the last look
   Offset rebuilds_ = 0;

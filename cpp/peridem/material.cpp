@@ -191,4 +191,10 @@ Real bulkModulusOfLaw(const Law& law, const Influence& influence, Real horizon, 
   return 5.0 / 3.0 * c_beta * influence.moment(dimension) / (dimension == 3 ? 5 : 4);
 }
 
+Real bulkModulusOfDeck(const MaterialDeck& m, Real modulus_of_law) {
+  if (isGiven(m.bulk_modulus)) return m.bulk_modulus;
+  const bool follows = m.law_parameters.empty() || isGiven(m.youngs_modulus);
+  return follows ? resolveElastic(m).bulk_modulus : modulus_of_law;
+}
+
 }  // namespace peridem

@@ -32,6 +32,10 @@ Law makeLaw(const MaterialDeck& material, const Influence& influence, Real horiz
 // Bulk modulus recovered from the constants of the law: the stiffness of self-contact.
 Real bulkModulusOfLaw(const Law& law, const Influence& influence, Real horizon, int dimension);
 
+// Bulk modulus that a material is given or that follows from its elastic constants; with constants
+// of the law alone, that of the law.
+Real bulkModulusOfDeck(const MaterialDeck& material, Real modulus_of_law);
+
 bool isStateBased(MaterialType type);
 
 }  // namespace peridem

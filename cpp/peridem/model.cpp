@@ -151,9 +151,7 @@ void DEMModel::init() {
     const Influence influence(influence_zone.material.influence, deck_.dimension);
     body.law = makeLaw(zone.material, influence, body.horizon, deck_.dimension);
     const Real law_modulus = bulkModulusOfLaw(body.law, influence, body.horizon, deck_.dimension);
-    body.bulk_modulus = zone.material.law_parameters.empty()
-                            ? resolveElastic(zone.material).bulk_modulus
-                            : law_modulus;
+    body.bulk_modulus = bulkModulusOfDeck(zone.material, law_modulus);
     influences_.push_back(influence);
     body.self_contact_radius = 0.95 * body.mesh_size;
     body.self_contact_kn = 18 * law_modulus / (pi * std::pow(body.horizon, 5));
@@ -222,10 +220,11 @@ void DEMModel::kickDriftAndPrescribe(Real k, Real dt) {
     const Stopwatch watch(timings_.integration);
     kicked = kickAndDrift(state_, locked_, k, dt, speed_limit_, deck_.dimension, threads_);
   }
-  if (!kicked.within_limit) reportRunaway();
   ++n_;
   time_ += dt;
+  if (!kicked.within_limit) reportRunaway(n_, time_);
   const Real prescribed = computeExternalDisplacementBC();
+  if (!(prescribed < speed_limit_ * dt)) reportRunaway(n_, time_);
   contact_.noteTravel(std::sqrt(3.0) * (dt * kicked.fastest + prescribed));
 }
 
@@ -241,7 +240,7 @@ void DEMModel::integrateVerlet() {
   computeForces(dt);
   const Stopwatch watch(timings_.integration);
   if (!kick(state_, locked_, dt / 2, speed_limit_, deck_.dimension, threads_).within_limit)
-    reportRunaway();
+    reportRunaway(n_, time_);
 }
 
 void DEMModel::computeForces(Real slip_time) {
@@ -338,97 +337,34 @@ Real DEMModel::speedLimit() const {
   return smallest / timeStep();
 }
 
-void DEMModel::reportRunaway() const {
-  std::size_t i = 0;
-  const auto diverged = [&](std::size_t k) {
-    for (int d = 0; d < deck_.dimension; ++d)
-      if (!((locked_[k] >> d) & 1) && !(std::abs(state_.v[k][d]) < speed_limit_)) return true;
-    return false;
+void DEMModel::reportRunaway(Offset step, Real time) const {
+  enum class Look { free_directions, all_directions };
+  const auto first_beyond = [&](Look look) {
+    std::size_t i = 0;
+    for (; i < state_.size(); ++i)
+      for (int d = 0; d < deck_.dimension; ++d) {
+        const bool looked_at = look == Look::all_directions || !((locked_[i] >> d) & 1);
+        if (looked_at && !(std::abs(state_.v[i][d]) < speed_limit_)) return i;
+      }
+    return i;
   };
-  while (i + 1 < state_.size() && !diverged(i)) ++i;
+  // A fast prescribed node is named only when no free one is beyond the limit.
+  std::size_t i = first_beyond(Look::free_directions);
+  if (i == state_.size()) i = first_beyond(Look::all_directions);
+  i = std::min(i, state_.size() - 1);
   const Particle& body = particles_[static_cast<std::size_t>(state_.particle_id[i])];
   std::ostringstream text;
-  text << "step " << n_ + 1 << " (t = " << time_ + timeStep() << " s): body " << body.id
-       << ", node " << static_cast<Index>(i) - body.start << ": speed = " << state_.v[i].norm()
+  text << "step " << step << " (t = " << time << " s): body " << body.id << ", node "
+       << static_cast<Index>(i) - body.start << ": speed = " << state_.v[i].norm()
        << " m/s: must be finite and below " << speed_limit_
        << " m/s (one horizon in a step); use a smaller time step (dt = " << timeStep()
        << " s), or check loads, stiffnesses and overlapping bodies";
   throw NumericalError(text.str());
 }
 
-namespace {
-
-// Row sums of |df/du| for unit displacements: every bond stretches by at most 2.
-class StiffnessBound {
- public:
-  StiffnessBound(const State& state, const BondTable& bonds,
-                 const std::vector<BondConstants>& constants)
-      : state_(state), bonds_(bonds), constants_(constants), sum_r_w_(state.size(), 0) {
-    for (Index i = 0; i < static_cast<Index>(state.size()); ++i)
-      for (std::size_t k = bonds.begin(i); k < bonds.end(i); ++k)
-        sum_r_w_[static_cast<std::size_t>(i)] += constants[k].length * constants[k].weight;
-  }
-
-  Real at(Index i, const Lps& law) const {
-    Real sum = 0;
-    for (std::size_t k = bonds_.begin(i); k < bonds_.end(i); ++k) {
-      const auto from = static_cast<std::size_t>(i);
-      const auto to = static_cast<std::size_t>(bonds_.neighbors[k]);
-      const auto [r, w] = constants_[k];
-      const Real b_sum = law.b(state_.weighted_volume[from]) + law.b(state_.weighted_volume[to]);
-      sum += 2 * w * (b_sum + r * (dilatation(law, from) + dilatation(law, to)));
-    }
-    return sum;
-  }
-
-  template <class BondLaw>
-  Real at(Index i, const BondLaw& law) const {
-    Real sum = 0;
-    for (std::size_t k = bonds_.begin(i); k < bonds_.end(i); ++k) {
-      const auto [r, w] = constants_[k];
-      const Real small = 1e-8 * r;  // slope of the force at e = 0
-      sum += 2 * w * law.force(r, small) / small;
-    }
-    return sum;
-  }
-
- private:
-  // |a| 3/m sum of r w: the pull of theta for unit stretches
-  Real dilatation(const Lps& law, std::size_t i) const {
-    const Real m = state_.weighted_volume[i];
-    return std::abs(law.a(m)) * 3 / m * sum_r_w_[i];
-  }
-
-  const State& state_;
-  const BondTable& bonds_;
-  const std::vector<BondConstants>& constants_;
-  std::vector<Real> sum_r_w_;
-};
-
-}  // namespace
-
-DEMModel::StableTimeStep DEMModel::stableTimeStep() const {
+StableTimeStep DEMModel::stableTimeStep() const {
   if (!initialized_) throw InputError("stable time step: call init() first");
-  Real bond = 0;     // omega^2
-  Real contact = 0;  // of two nodes: Kn V (1/rho + 1/rho')
-  const std::vector<BondConstants> constants = bondConstants();
-  const StiffnessBound stiffness(state_, bonds_, constants);
-  for (const Particle& body : particles_) {
-    if (body.constrained) continue;
-    for (const Particle& other : particles_)
-      if (mayTouch(body, other))
-        contact = std::max(contact, contact_.law(body, other).kn *
-                                        (other.volume / static_cast<Real>(other.nodes())) *
-                                        (1 / body.density + 1 / other.density));
-    for (Index i = body.start; i < body.stop; ++i) {
-      const Real row = std::visit([&](const auto& law) { return stiffness.at(i, law); }, body.law);
-      bond = std::max(bond, row / body.density);
-    }
-  }
-  const auto limit = [](Real omega_squared) {
-    return omega_squared > 0 ? 2 / std::sqrt(omega_squared) : std::numeric_limits<Real>::infinity();
-  };
-  return {limit(bond), limit(contact)};
+  return peridem::stableTimeStep(state_, bonds_, bondConstants(), particles_, contact_);
 }
 
 std::size_t DEMModel::memoryBytes() const {

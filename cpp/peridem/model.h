@@ -13,6 +13,7 @@
 #include "external.h"
 #include "particle.h"
 #include "peridynamic.h"
+#include "stability.h"
 #include "state.h"
 
 namespace peridem {
@@ -94,12 +95,7 @@ class DEMModel {
   bool started() const { return started_; }
   int threads() const { return threads_; }
 
-  // Estimates of the largest stable time step [s]: 2 / omega with omega^2 bounded by the row sums
-  // of the linearised bond forces (Gershgorin), and 2 / omega of two nodes in contact.
-  struct StableTimeStep {
-    Real bonds;
-    Real contact;
-  };
+  // See stability.h.
   StableTimeStep stableTimeStep() const;
 
   // Bytes held by the arrays of nodes and bonds.
@@ -113,7 +109,7 @@ class DEMModel {
   void placeBody(const BodyDeck& body, Index id, const std::vector<Real>& mesh_volumes);
   void lockDirections();
   Real speedLimit() const;
-  [[noreturn]] void reportRunaway() const;
+  [[noreturn]] void reportRunaway(Offset step, Real time) const;
 
   ModelDeck deck_;
   int threads_ = 1;

@@ -231,8 +231,9 @@ void stateBasedForcePass(const BlockView& shared, const NodeArrays& nodes,
   storeForces<Dim>(block, nodes, work);
 }
 
-// f_i = sum of J V_j force(r, e) along the bond. A bond exerts no force in the evaluation that
-// breaks it; its self-contact starts in the next one.
+// f_i = sum of J V_j force(r, e) along the bond; the laws are Silling 2000 (PMBBond) and Lipton
+// 2016, J. Elast. 124 (RNPBond). A bond exerts no force in the evaluation that breaks it; its
+// self-contact starts in the next one.
 template <int Dim, class Law>
 void bondBasedForcePass(const Law& law, const BlockView& shared, const NodeArrays& nodes,
                         const KernelScratch& scratch, const BreakListener& listener) {

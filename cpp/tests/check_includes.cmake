@@ -19,6 +19,7 @@ set(levels
   "bonds external"
   "partition contact_search bond_block"
   "contact peridynamic"
+  "contact_damping stability"
   "model")
 set(foreign "pybind11/|Python\\.h|yaml|vtk|[Hh]5|iostream|cstdio|stdio\\.h|fstream|filesystem")
 set(laws_may_include "real fuzzy lanes laws/lps laws/pmb laws/rnp laws/contact")
