@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .deck import Deck, ParticleZone
-from .errors import InputError
+from .errors import InputError, InputErrors
 from .geometry import Shape, make_shape
 from .mesh import Mesh
 from .placement import Placement, read_particle_locations
@@ -79,19 +79,28 @@ def zone_shape(deck: Deck, zone: int) -> Shape | None:
 
 
 def place_bodies(deck: Deck) -> list[BodyPlan]:
-    """Bodies zone by zone, in the order of the placement file inside a zone."""
+    """Bodies zone by zone, in the order of the placement file inside a zone.
+
+    Raises
+    ------
+    InputError
+        With one line for each problem of the placement file, else of the zones.
+    """
     shapes = [zone_shape(deck, zone) for zone in range(deck.n_zones)]
     if deck.single_particle:
         return [BodyPlan(0, shapes[0], (0.0, 0.0, 0.0), 1.0, 0.0, deck.where("Mesh.Zone_1"))]
     placements = _read_placements(deck)
     bodies = []
+    problems = InputErrors()
     for zone in range(deck.n_zones):
         if _is_created(deck.particles[zone]):
             where = deck.where(f"Particle.Zone_{zone + 1}")
             bodies.append(BodyPlan(zone, shapes[zone], (0.0, 0.0, 0.0), 1.0, 0.0, where))
         else:
             own = [placement for placement in placements if placement.zone == zone]
-            bodies += _bodies_of_zone(deck, zone, shapes[zone], own)
+            with problems.collect():
+                bodies += _bodies_of_zone(deck, zone, shapes[zone], own)
+    problems.raise_if_any()
     return bodies
 
 
@@ -169,6 +178,24 @@ def random_orientations(seed: int, n: int) -> list[float]:
     draws = np.random.RandomState(seed).randint(0, 2**32, size=(n, 2), dtype=np.uint32)
     canonical = (draws[:, 0] + draws[:, 1] * 2.0**32) / 2.0**64
     return [float(value) for value in canonical * (2 * np.pi)]
+
+
+def check_test(deck: Deck, count: int) -> None:
+    """Check that the bodies of the deck's test exist among `count` bodies.
+
+    Raises
+    ------
+    InputError
+        If they do not.
+    """
+    test = deck.compressive_test
+    if test is not None and test.particle_id >= count:
+        raise deck.error(
+            "Particle.Compressive_Test.Particle_Id",
+            f"no such body: the deck has bodies 0 to {count - 1}, zone by zone; correct it",
+        )
+    if deck.test_name == "two_particle" and count < 2:
+        raise deck.error("Particle.Test_Name", "needs two bodies, the deck has 1; use another name")
 
 
 def check_places(deck: Deck, bodies: list[BodyPlan], meshes: list[Mesh]) -> None:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from .bodies import BodyPlan, check_places, place_bodies, shape_of, zone_shape
+from .bodies import BodyPlan, check_places, check_test, place_bodies, shape_of, zone_shape
 from .deck import Contact, Deck, Material
-from .errors import InputError
+from .errors import InputError, InputErrors
 from .loading import LoadBuilder
 from .mesh import Mesh, read_mesh, uniform_rectangle_mesh
 
@@ -72,10 +72,10 @@ def build_model(deck: Deck, *, threads: int, compatibility: str | None = None) -
     Raises
     ------
     InputError
-        If meshes, placement or loads break a rule.
+        If meshes, placement or loads break a rule: all that meshes and placement file break at
+        once, then all that horizons, volumes, loads and ids do.
     """
-    meshes = _read_meshes(deck)
-    bodies = place_bodies(deck)
+    meshes, bodies = _read_files(deck)
     core_deck = _core.ModelDeck()
     core_deck.dimension = deck.model.dimension
     core_deck.final_time = deck.model.final_time
@@ -93,28 +93,47 @@ def build_model(deck: Deck, *, threads: int, compatibility: str | None = None) -
         core = _core.DEMModel(core_deck, threads)
     except InputError as error:
         raise InputError(f"{deck.path.name}: {error}") from error
-    _check_bodies(deck, core, meshes)
+    problems = InputErrors()
+    with problems.collect():
+        _check_bodies(deck, core, meshes)
+    with problems.collect():
+        check_test(deck, len(bodies))
     loads = LoadBuilder(deck, core, bodies)
-    loads.add_all()
+    with problems.collect():
+        loads.add_all()
+    problems.raise_if_any()
     return BuiltModel(core=core, meshes=meshes, bodies=bodies, warnings=loads.warnings)
 
 
-def _read_meshes(deck: Deck) -> list[Mesh]:
-    found: dict[Path, Mesh] = {}
-    meshes = []
+def _read_files(deck: Deck) -> tuple[list[Mesh], list[BodyPlan]]:
+    """Meshes of the zones and bodies of the placement file."""
+    problems = InputErrors()
+    found: dict[Path, Mesh | None] = {}
+    meshes: list[Mesh | None] = []
     for zone, entry in enumerate(deck.meshes):
-        key = f"Mesh.Zone_{zone + 1}"
-        if entry.creates:
-            meshes.append(_created_mesh(deck, zone))
-            continue
-        assert entry.file is not None
-        if entry.file not in found:
-            try:
-                found[entry.file] = read_mesh(entry.file, deck.model.dimension)
-            except InputError as error:
-                raise InputError(f"{error} ({deck.where(f'{key}.File')}: {key}.File)") from error
-        meshes.append(found[entry.file])
-    return meshes
+        mesh = None
+        with problems.collect():
+            if entry.file is None or entry.creates:
+                mesh = _created_mesh(deck, zone)
+            elif entry.file in found:
+                mesh = found[entry.file]
+            else:
+                found[entry.file] = None  # what is wrong with it is said once
+                mesh = found[entry.file] = _mesh_of_file(deck, zone, entry.file)
+        meshes.append(mesh)
+    bodies: list[BodyPlan] = []
+    with problems.collect():
+        bodies = place_bodies(deck)
+    problems.raise_if_any()
+    return [mesh for mesh in meshes if mesh is not None], bodies
+
+
+def _mesh_of_file(deck: Deck, zone: int, file: Path) -> Mesh:
+    try:
+        return read_mesh(file, deck.model.dimension)
+    except InputError as error:
+        key = f"Mesh.Zone_{zone + 1}.File"
+        raise InputError(f"{error} ({deck.where(key)}: {key})") from error
 
 
 def _created_mesh(deck: Deck, zone: int) -> Mesh:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .diagnostics import StopCriterion
-from .errors import InputError
+from .errors import InputError, InputErrors
 from .geometry import make_shape
 
 if TYPE_CHECKING:
@@ -25,10 +25,19 @@ Bodies at rest on each other are a little below the contact radius; nodes of the
 original start at 1.03 times it or farther. At half of it the repulsion is that of a crash.
 """
 
+CONTACT_MARGIN = 1.5
+"""From this multiple on, a time step above the limit of a full contact is a warning."""
+
 _MOST_REPORTED = 5
 _MOST_DISTANCES = 4_000_000  # at once, to bound the memory
 _INSIDE = 1e-6  # least barycentric coordinate of a node inside an element
-_HOLLOW = ("complex", "rectangle_minus_rectangle", "cuboid_minus_cuboid")
+_HOLLOW = (
+    "complex",
+    "rectangle_minus_rectangle",
+    "cuboid_minus_cuboid",
+    "annulus_circle",
+    "annulus_rectangle",
+)
 _SIMPLICES = {
     "triangle": ((0, 1, 2),),
     "quad": ((0, 1, 2), (0, 2, 3)),
@@ -51,23 +60,28 @@ def check_model(model: DEMModel, *, strict: bool = False, allow_overlap: bool = 
     Returns
     -------
     list of str
-        Warnings: a time step above the estimated stable one, particles outside the container.
+        Warnings: nodes without neighbours, a time step above the estimated stable one,
+        particles outside the container, outputs without content.
 
     Raises
     ------
     InputError
-        If bodies overlap, a test names a body that does not exist or, with `strict`, if the
-        time step is too large.
+        If bodies overlap, more than half of a body's nodes have no neighbour or, with
+        `strict`, if the time step is too large; all of it at once.
     """
-    check_test(model)
-    if not allow_overlap:
-        _refuse_overlaps(model)
+    problems = InputErrors()
     warnings = []
-    unstable = time_step_warning(model)
-    if unstable is not None:
-        if strict:
-            raise InputError(unstable)
-        warnings.append(unstable)
+    with problems.collect():
+        warnings += unbonded_warnings(model)
+    if not allow_overlap:
+        with problems.collect():
+            _refuse_overlaps(model)
+    unstable = time_step_warnings(model)
+    if strict and unstable:
+        with problems.collect():
+            raise InputError("\n".join(unstable))
+    problems.raise_if_any()
+    warnings += unstable
     outside = container_warning(model)
     if outside is not None:
         warnings.append(outside)
@@ -99,41 +113,33 @@ def effect_warnings(model: DEMModel) -> list[str]:
     return warnings
 
 
-def check_test(model: DEMModel) -> None:
-    """Check that the bodies of the deck's test exist.
+def time_step_warnings(model: DEMModel) -> list[str]:
+    """Return warnings about a time step above the estimated limits, of bonds or of contact.
 
-    Raises
-    ------
-    InputError
-        If they do not.
+    The contact limit is on the safe side: up to `CONTACT_MARGIN` times it is a matter of
+    `contact_time_step_note`.
     """
-    deck, count = model.deck, len(model.bodies)
-    test = deck.compressive_test
-    if test is not None and test.particle_id >= count:
-        raise deck.error(
-            "Particle.Compressive_Test.Particle_Id",
-            f"no such body: the deck has bodies 0 to {count - 1}, zone by zone; correct it",
+    limit = model.stable_time_step()
+    warnings = []
+    if model.dt > limit.bonds:
+        warnings.append(_time_step_text(model, limit.bonds, "the estimated stable one"))
+    if limit.contact < limit.bonds and model.dt > CONTACT_MARGIN * limit.contact:
+        text = _time_step_text(
+            model, limit.contact, "the estimated stable one of two nodes in full contact"
         )
-    if deck.test_name == "two_particle" and count < 2:
-        raise deck.error("Particle.Test_Name", "needs two bodies, the deck has 1; use another name")
-
-
-def time_step_warning(model: DEMModel) -> str | None:
-    """Return a warning when the time step is above the estimated limit of the bonds, else None."""
-    limit = model.stable_time_step().bonds
-    if not model.dt > limit:
-        return None
-    return _time_step_text(model, limit, "the estimated stable one")
+        warnings.append(f"{text}, or a smaller Kn")
+    return warnings
 
 
 def contact_time_step_note(model: DEMModel) -> str | None:
-    """Return a note when the time step is above the limit of a full contact alone, else None."""
+    """Return a note when the time step is a little above the limit of contact, else None."""
     limit = model.stable_time_step()
-    if not limit.contact < model.dt <= limit.bonds:
+    if not limit.contact < model.dt <= min(limit.bonds, CONTACT_MARGIN * limit.contact):
         return None
+    what = "the estimated stable one of two nodes in full contact"
     return (
-        f"{_time_step_text(model, limit.contact, 'that of two nodes in full contact')} if bodies "
-        "rebound too fast (most contacts last a few steps only, and runs above it are common)"
+        f"{_time_step_text(model, limit.contact, what)} if bodies rebound too fast (the estimate "
+        f"is on the safe side: from {CONTACT_MARGIN:g} times it on this is a warning)"
     )
 
 
@@ -143,6 +149,46 @@ def _time_step_text(model: DEMModel, limit: float, what: str) -> str:
     return (
         f"{model.deck.where('Model.Time_Steps')}: Model.Time_Steps = {model.n_steps}: the time "
         f"step {model.dt:.4g} s is above {what}, {limit:.3g} s; {remedy}"
+    )
+
+
+def unbonded_warnings(model: DEMModel) -> list[str]:
+    """Return warnings about nodes without neighbours in bodies that can move.
+
+    Raises
+    ------
+    InputError
+        If more than half of a body's nodes have none.
+    """
+    unbonded = np.diff(model.bonds.offsets) == 0
+    counts: dict[int, int] = {}  # by zone
+    refused: dict[int, str] = {}
+    for body in model.particles:
+        lone = int(unbonded[body.start : body.stop].sum())
+        if body.constrained or not lone:
+            continue
+        counts[body.zone] = counts.get(body.zone, 0) + lone
+        if 2 * lone > body.stop - body.start:
+            text = f"{lone} of the {body.stop - body.start} nodes of body {body.id}"
+            refused.setdefault(body.zone, _unbonded_text(model, body, text))
+    if refused:
+        raise InputError("\n".join(refused.values()))
+    first = {zone: next(b for b in model.particles if b.zone == zone) for zone in counts}
+    return [
+        _unbonded_text(model, first[zone], f"{count} node{'s' if count > 1 else ''} of the zone")
+        for zone, count in counts.items()
+    ]
+
+
+def _unbonded_text(model: DEMModel, body: Particle, nodes: str) -> str:
+    zone = f"Material.Zone_{body.zone + 1}"
+    by_ratio = model.deck.materials[body.zone].horizon_mesh_ratio is not None
+    key = f"{zone}.Horizon_Mesh_Ratio" if by_ratio else f"{zone}.Horizon"
+    have = "has" if nodes.startswith("1 node ") else "have"
+    return (
+        f"{model.deck.where(key)}: {key}: {nodes} {have} no neighbour within the horizon "
+        f"{body.horizon:.3g} m and no forces hold them (smallest node distance h = "
+        f"{body.mesh_size:.3g} m); use a larger horizon, or make the mesh more even"
     )
 
 

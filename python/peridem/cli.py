@@ -6,7 +6,11 @@ SIGTERM.
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import functools
+import os
+import sys
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -49,8 +53,44 @@ R = TypeVar("R")
 
 
 def _fail(text: str, code: int) -> NoReturn:
-    click.echo(f"peridem: {text}", err=True)
+    with contextlib.suppress(OSError):  # stderr may be full or closed: the code still tells
+        click.echo(f"peridem: {text}", err=True)
     raise SystemExit(code)
+
+
+class _Program(click.Group):
+    """The group of commands; a standard output that is full ends it with one line.
+
+    A closed pipe (``| head``) ends it quietly with exit code 1, which is click's own doing.
+    """
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Run the command that the arguments name."""
+        try:
+            return super().main(*args, **kwargs)
+        except OSError as error:
+            _forget_output()
+            where = error.filename or "the standard output"
+            _fail(
+                f"error: {where}: {error.strerror or error}; free some space, or write elsewhere",
+                BAD_INPUT,
+            )
+
+
+def _forget_output() -> None:
+    """Drop what standard output still holds, which Python would try to write at its end."""
+    with contextlib.suppress(OSError, ValueError):  # a stream without a file has no number
+        descriptor = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(descriptor, sys.stdout.fileno())
+        os.close(descriptor)
+
+
+class _Console(Console):
+    """A console that leaves a closed pipe to click."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise the error again instead of ending the program here."""
+        raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
 
 
 def _with_exit_codes(command: Callable[P, R]) -> Callable[P, R]:
@@ -100,7 +140,7 @@ ALLOW_OVERLAP = click.option(
 )
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=_Program, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="peridem")
 def main() -> None:
     """Granular media whose grains deform and break."""
@@ -235,9 +275,9 @@ def _run(model: DEMModel, job: _Job) -> DEMModel:
     """Run a model with log and progress, and say what came of it."""
     out, err = _console(), _console(stderr=True)
     folder = _folder(model, job.output)
+    began = clock.perf_counter()
+    model.init()  # first, so that a deck it refuses does not cost the log of an earlier run
     with RunLog(folder / LOG_NAME, append=job.resumed) as log:
-        began = clock.perf_counter()
-        model.init()
         _open_log(log, job, model)
         for text in _remarks(model):
             log.write(text)
@@ -273,7 +313,9 @@ def _run(model: DEMModel, job: _Job) -> DEMModel:
             seconds = clock.perf_counter() - began
             report = _Report(model, ending, seconds, model.n - first, written)
             at_end = ending in ("finished", "stopped by Output_Criteria")
-            report.show(log, None if job.quiet else out, out if at_end else err)
+            # Output that cannot be printed must not hide the error that ends the run.
+            with contextlib.nullcontext() if at_end else contextlib.suppress(OSError):
+                report.show(log, None if job.quiet else out, out if at_end else err)
     return model
 
 
@@ -327,21 +369,23 @@ class _Report:
     def _going_on(self) -> list[str]:
         """Say how to go on, when the run has more steps to take and a checkpoint for that."""
         checkpoint = self.model.last_checkpoint
-        if checkpoint is None or self.model.n >= self.model.n_steps:
+        ended = self.model.n >= self.model.n_steps or self.model.stop_reason is not None
+        if checkpoint is None or ended:
             return []
         return [f"go on from {checkpoint.name} with `peridem resume {checkpoint.parent}`"]
 
     def show(self, log: RunLog, table_on: Console | None, lines_on: Console) -> None:
         """Write everything to the log, and to consoles unless the run is to be quiet."""
         rows = timing_rows(self.model.timings, self.seconds, self.steps)
-        for line in self.lines():
+        lines = self.lines()
+        for line in lines:
             log.write(line)
-            if table_on is not None or lines_on.stderr:
-                _print(lines_on, line[:1].upper() + line[1:])
         for name, seconds, share, per_step in rows:
             log.write(
                 f"time: {name:<16} {seconds:10.3f} s {100 * share:6.1f} % {per_step:10.1f} us/step"
             )
+        for line in lines if table_on is not None or lines_on.stderr else []:
+            _print(lines_on, line[:1].upper() + line[1:])
         if table_on is not None and self.steps:
             table_on.print(timing_table(rows))
 
@@ -371,7 +415,7 @@ def _folder(model: DEMModel, output: Path | None) -> Path:
 
 
 def _console(*, stderr: bool = False) -> Console:
-    console = Console(stderr=stderr, highlight=False)
+    console = _Console(stderr=stderr, highlight=False)
     if not console.is_terminal:
         console.width = PIPE_WIDTH
     return console

@@ -10,16 +10,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .errors import InputError
+from .errors import InputError, NumericalError
 from .files import cannot_write, make_folder, replace_file
 
 if TYPE_CHECKING:
     from .model import DEMModel
 
-__all__ = ["StopCriterion", "TestWriter", "compressive_row", "two_particle_row"]
+__all__ = ["StopCriterion", "TestWriter", "check_finite", "compressive_row", "two_particle_row"]
 
 TWO_PARTICLE = ("step", "t", "distance", "penetration", "max_distance", "contact_force")
-COMPRESSIVE = ("step", "t", "penetration", "contact_force", "gravity_force", "total_force")
+COMPRESSIVE = (
+    *("step", "t", "wall_displacement", "penetration"),
+    *("contact_force", "gravity_force", "total_force"),
+)
 _UNITS = {"step": "", "t": "s"}
 
 
@@ -54,25 +57,37 @@ def two_particle_row(model: DEMModel, farthest: float) -> list[float]:
     return [model.time, distance, model.contact_radius(0, 1) - gap, farthest, force]
 
 
-def compressive_row(model: DEMModel) -> list[float]:
+def compressive_row(model: DEMModel, sense: float = 0.0) -> list[float]:
     """Row of the test ``compressive_test``: motion and load of a wall in one direction.
+
+    Parameters
+    ----------
+    model : DEMModel
+        The model.
+    sense : float
+        The sign of the direction in which the wall moved first, 0 before it has moved: its
+        present displacement has it then.
 
     Returns
     -------
     list of float
-        `COMPRESSIVE` but for the step: time [s]; displacement [m] of the wall's centre; forces
-        [N, N/m in 2D] on the wall, summed over its nodes: contact and damping, gravity, and all
-        together (prescribed forces too). Each is the component along
-        ``Particle_Force_Direction``.
+        `COMPRESSIVE` but for the step: time [s]; displacement [m] of the wall's centre, with its
+        sign; penetration [m], the same counted positive in the direction in which the wall moved
+        first, so that a wall that presses down has a negative displacement and a positive
+        penetration; forces [N, N/m in 2D] on the wall, summed over its nodes: contact and
+        damping, gravity, and all together (prescribed forces too). Displacement and forces are
+        components along ``Particle_Force_Direction``.
     """
     test = model.deck.compressive_test
     assert test is not None  # the schema wants it
     wall, d = model.particle(test.particle_id), test.particle_force_direction - 1
     nodes = slice(wall.start, wall.stop)
     state, volumes = model.state, model.state.volume[nodes]
+    displacement = float(wall.center[d] - model.start_center(wall.id)[d])
     return [
         model.time,
-        float(wall.center[d] - model.start_center(wall.id)[d]),
+        displacement,
+        displacement * sense if sense else abs(displacement),
         float(volumes @ model.contact_forces()[nodes, d]),
         float(volumes @ state.density[nodes]) * model.deck.gravity[d],
         float(volumes @ state.f[nodes, d]),
@@ -117,12 +132,16 @@ class TestWriter:
         self.interval = output.test_output_interval or output.output_interval
         self._pair = name == "two_particle"
         self._farthest = math.nan
+        self._sense = 0.0
         make_folder(folder)
         columns = TWO_PARTICLE if self._pair else COMPRESSIVE
         header = ",".join(_titled(column, model.dimension) for column in columns)
         kept = _lines_before(self.path, header, model.n) if goes_on else []
         if kept and self._pair:
             self._farthest = float(kept[-1].split(",")[columns.index("max_distance")])
+        elif kept:
+            moved = (float(line.split(",")[columns.index("wall_displacement")]) for line in kept)
+            self._sense = next((math.copysign(1, d) for d in moved if d), 0.0)
         with replace_file(self.path) as temporary:
             temporary.write_text("\n".join([header, *kept, ""]), encoding="ascii")
 
@@ -137,7 +156,9 @@ class TestWriter:
             row = two_particle_row(model, self._farthest)
             self._farthest = row[TWO_PARTICLE.index("max_distance") - 1]
         else:
-            row = compressive_row(model)
+            row = compressive_row(model, self._sense)
+            moved = row[COMPRESSIVE.index("wall_displacement") - 1]
+            self._sense = self._sense or (math.copysign(1, moved) if moved else 0.0)
         line = ",".join([str(model.n), *(repr(value) for value in row)])
         try:
             # One write to a file without buffer: the line is the system's when it returns.
@@ -186,6 +207,35 @@ def _step_of(line: str, columns: int) -> int | None:
         return int(values[0]) if len(numbers) == columns else None
     except ValueError:
         return None
+
+
+def check_finite(model: DEMModel) -> None:
+    """Check that positions, velocities and forces of all nodes are finite numbers.
+
+    The core looks at velocities when it makes them; the forces of the last step, which no
+    velocity has taken up yet, are seen only here.
+
+    Raises
+    ------
+    NumericalError
+        If one is not, naming step, body and node.
+    """
+    state = model.state
+    for what, values in (
+        ("position", state.x),
+        ("velocity", state.v),
+        ("force density", state.f),
+    ):
+        if np.isfinite(values).all():
+            continue
+        node = int(np.argmin(np.isfinite(values).all(axis=1)))
+        body = model.particle(int(state.particle_id[node]))
+        numbers = ", ".join(f"{value:g}" for value in values[node])
+        raise NumericalError(
+            f"step {model.n} (t = {model.time:g} s): body {body.id}, node {node - body.start}: "
+            f"{what} = ({numbers}): must be finite; use a smaller time step (dt = {model.dt:g} s), "
+            "or check loads, stiffnesses and overlapping bodies"
+        )
 
 
 class StopCriterion:

@@ -76,6 +76,11 @@ def make_folder(folder: Path) -> None:
 
 def cannot_write(path: Path, reason: str) -> str:
     """Say that a file could not be written, and what to do."""
+    if path.is_dir():
+        return (
+            f"{path}: cannot be written: a folder has its name; rename or remove the folder, or "
+            "choose another place with Output.Path or --output"
+        )
     return (
         f"{path}: cannot be written: {reason}; free some space or "
         "choose another folder with Output.Path or --output"

@@ -10,7 +10,7 @@ import numpy as np
 from . import _core
 from .bodies import BodyPlan, shape_of
 from .deck import Deck
-from .errors import InputError
+from .errors import InputError, InputErrors
 from .loads import amplitude, empty_selection_warning, select_nodes
 
 Kind = Literal["displacement", "force"]
@@ -43,21 +43,27 @@ class LoadBuilder:
         Raises
         ------
         InputError
-            If a set names bodies that do not exist, or breaks another rule.
+            If a set names bodies that do not exist, or breaks another rule; with one line for
+            each such set.
         """
+        problems = InputErrors()
         for k, load in enumerate(self.deck.displacement_sets):
             path = f"Displacement_BC.Set_{k + 1}"
             moved = _core.DisplacementSet()
-            self._fill(moved, load, "displacement", path)
             moved.zero_displacement = load.zero_displacement
             moved.rotation_axis = load.time_function.rotation_axis or (0.0, 0.0, 1.0)
-            self._add(self.core.add_displacement_set, moved, path)
+            with problems.collect():
+                self._fill(moved, load, "displacement", path)
+                self._add(self.core.add_displacement_set, moved, path)
         for k, force in enumerate(self.deck.force_sets):
             path = f"Force_BC.Set_{k + 1}"
             pushed = _core.ForceSet()
-            self._fill(pushed, force, "force", path)
-            self._add(self.core.add_force_set, pushed, path)
-        self._add_initial_velocity()
+            with problems.collect():
+                self._fill(pushed, force, "force", path)
+                self._add(self.core.add_force_set, pushed, path)
+        with problems.collect():
+            self._add_initial_velocity()
+        problems.raise_if_any()
 
     def _fill(self, result: Any, load: Any, kind: Kind, path: str) -> None:
         """Set nodes, amplitudes, directions and time function of a set of the core."""

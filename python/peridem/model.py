@@ -5,8 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import time as clock
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +17,12 @@ from .bonds import Bonds
 from .build import BuiltModel, build_model
 from .checkpoint import CheckpointWriter, newest_checkpoint
 from .checks import check_model, contact_time_step_note
+from .compatibility import compatibility_notes
 from .deck import Deck, read_deck
+from .diagnostics import check_finite
 from .errors import InputError, NumericalError
 from .interrupt import StopSignals
+from .particle import Particle, StableTimeStep
 from .recorder import Recorder
 from .restart import find_deck, restart_from_deck, restore
 
@@ -29,67 +31,6 @@ Observer = Callable[["DEMModel"], object]
 
 PROGRESS_SECONDS = 0.1
 """Longest time [s] between two looks at signals and progress, unless one step takes longer."""
-
-
-@dataclass(frozen=True)
-class Particle:
-    """A body of the model: a particle or a wall.
-
-    Attributes
-    ----------
-    id : int
-        Number of the body; walls and particles share one numbering.
-    zone : int
-        Zone, counted from 0.
-    type : {"particle", "wall"}
-        Kind of body.
-    start, stop : int
-        Its nodes are ``start`` to ``stop - 1``.
-    center : ndarray, shape (3,)
-        Current position [m] of the node nearest to the centre of the shape.
-    bounding_radius : float
-        Radius [m] of the shape about its centre.
-    mesh_size : float
-        Smallest distance h [m] between two of its nodes.
-    horizon : float
-        Horizon [m].
-    volume : float
-        Sum of its nodal volumes [m^3], per unit thickness [m^2] in 2D.
-    n_bonds : int
-        Directed bonds, 0 before `DEMModel.init`.
-    constrained : bool
-        Whether the body never moves.
-    """
-
-    id: int
-    zone: int
-    type: str
-    start: int
-    stop: int
-    center: FloatArray
-    bounding_radius: float
-    mesh_size: float
-    horizon: float
-    volume: float
-    n_bonds: int
-    constrained: bool
-
-
-@dataclass(frozen=True)
-class StableTimeStep:
-    """Estimated largest stable time steps, on the safe side.
-
-    Attributes
-    ----------
-    bonds : float
-        Limit [s] of the linearised bond forces.
-    contact : float
-        Limit [s] of two nodes in full contact; runs above it are common, since most contacts
-        last a few steps only.
-    """
-
-    bonds: float
-    contact: float
 
 
 class DEMModel:
@@ -124,7 +65,7 @@ class DEMModel:
         self.deck = deck
         self.compatibility = compatibility
         self.warnings = list(built.warnings)
-        self.notes = list(deck.notes)
+        self.notes = [*deck.notes, *compatibility_notes(deck, built.bodies, compatibility)]
         self.bodies: list[BodyPlan] = built.bodies
         self._core = built.core
         self._bodies = built.core.particles
@@ -302,8 +243,8 @@ class DEMModel:
         return [self.particle(k) for k in range(len(self._bodies))]
 
     def particle(self, k: int) -> Particle:
-        """Body `k`."""
-        body = self._bodies[k]
+        """Body `k`; an InputError when there is none."""
+        body = self._body(k)
         offsets = self.bonds.offsets
         n_bonds = int(offsets[body.stop] - offsets[body.start]) if self._initialized else 0
         return Particle(
@@ -321,9 +262,16 @@ class DEMModel:
             constrained=body.constrained,
         )
 
+    def _body(self, k: int) -> Any:
+        if not isinstance(k, int | np.integer) or not 0 <= k < len(self._bodies):
+            raise InputError(
+                f"body = {k!r}: there is none; bodies are counted from 0 to {len(self._bodies) - 1}"
+            )
+        return self._bodies[int(k)]
+
     def start_center(self, k: int) -> FloatArray:
         """Where the centre of body `k` was at the start, shape (3,) [m]."""
-        return np.array(self.state.x_ref[self._bodies[k].center_node])
+        return np.array(self.state.x_ref[self._body(k).center_node])
 
     @property
     def cells(self) -> list[tuple[str, NDArray[np.int32]]]:
@@ -353,9 +301,9 @@ class DEMModel:
         return StableTimeStep(*self._core.stable_time_step())
 
     def contact_radius(self, p: int, q: int) -> float:
-        """Contact radius Rc [m] of two bodies."""
+        """Contact radius Rc [m] of two bodies; an InputError when there is no such body."""
         self.init()
-        return float(self._core.contact_law(p, q)["radius"])
+        return float(self._core.contact_law(self._body(p).id, self._body(q).id)["radius"])
 
     def contact_forces(self) -> FloatArray:
         """Force density of contact and its damping alone, shape (n_nodes, 3) [N/m^3].
@@ -458,14 +406,16 @@ class DEMModel:
 
         Raises
         ------
+        InputError
+            If `n` is negative or not a whole number.
         NumericalError
-            If a velocity is no longer finite.
+            If a velocity runs away, or a position, velocity or force is no longer finite.
         """
-        if n < 0:
-            raise InputError(f"n = {n}: the number of steps must not be negative")
+        _check_whole("n", n, 0)
         self.start()
         while n > 0:
             n -= self._core.advance(n, PROGRESS_SECONDS)
+        check_finite(self)
 
     def compute_forces(self) -> None:
         """Compute f, theta and damage_z of the current u, x and v, breaking bonds."""
@@ -506,17 +456,17 @@ class DEMModel:
         InputError
             If an argument breaks its rule or the folder cannot be written.
         NumericalError
-            If a velocity is no longer finite; with `output`, the state is in ``output_last.vtu``.
+            If a velocity runs away, or a position, velocity or force is no longer finite; with
+            `output`, the state is in ``output_last.vtu``.
         KeyboardInterrupt
             After Ctrl-C: the step is whole, a checkpoint written, the outputs are closed.
         Terminated
             Likewise after SIGTERM, with `output`; a SystemExit with code 143.
         """
         every = self.deck.output.output_interval if every is None else every
-        if every < 1:
-            raise InputError(f"every = {every}: must be at least 1")
-        if steps is not None and steps < 0:
-            raise InputError(f"steps = {steps}: must not be negative")
+        _check_whole("every", every, 1)
+        if steps is not None:
+            _check_whole("steps", steps, 0)
         self.init()
         last = self.n_steps if steps is None else self.n + steps
         with contextlib.ExitStack() as stack:
@@ -542,8 +492,14 @@ class DEMModel:
         return (self.n // interval + 1) * interval
 
     def _advance(self, n: int, recorder: Recorder) -> None:
-        try:
+        with self._last_state(recorder):
             self._core.advance(n, PROGRESS_SECONDS)
+
+    @contextlib.contextmanager
+    def _last_state(self, recorder: Recorder) -> Iterator[None]:
+        """Write the state that a numerical failure leaves, and say where it is."""
+        try:
+            yield
         except NumericalError as error:
             path = recorder.write_last()
             if path is None:
@@ -552,6 +508,8 @@ class DEMModel:
 
     def _observe(self, recorder: Recorder, callback: Observer | None, every: int) -> None:
         begin = clock.perf_counter()
+        with self._last_state(recorder):
+            check_finite(self)
         recorder.record()
         self.stop_reason = recorder.stop_reason
         self._output_seconds += clock.perf_counter() - begin
@@ -610,6 +568,13 @@ class DEMModel:
             "compatibility": self.compatibility,
             "stop_reason": self.stop_reason,
         }
+
+
+def _check_whole(name: str, value: Any, least: int) -> None:
+    if not isinstance(value, int | np.integer) or value < least:
+        raise InputError(
+            f"{name} = {value!r}: must be a whole number, at least {least}; correct it"
+        )
 
 
 __all__ = ["DEMModel", "NumericalError", "Particle"]

@@ -334,7 +334,8 @@ def read_pvd(path: Path | str) -> list[tuple[float, Path]]:
             for entry in root.iter("DataSet")
         ]
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}; check the name") from error
+        remedy = "rename or remove the folder" if path.is_dir() else "check the name"
+        raise InputError(f"{path}: cannot be read: {error.strerror}; {remedy}") from error
     except (ElementTree.ParseError, KeyError, ValueError) as error:
         raise InputError(f"{path}: not a PVD time series ({error}); remove it") from error
 

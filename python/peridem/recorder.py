@@ -53,7 +53,6 @@ class Recorder:
         self.folder = folder
         self.stop_reason: str | None = None
         self._criterion = StopCriterion(model) if StopCriterion.serves(model) else None
-        self._first = model.n
         self._stack = ExitStack()
         self._writer: OutputWriter | None = None
         self._test: TestWriter | None = None
@@ -77,7 +76,10 @@ class Recorder:
         return [interval] if self._test is None else [interval, self._test.interval]
 
     def record(self) -> None:
-        """Write what is due at the model's step, and look at the stop criterion."""
+        """Write what is due at the model's step, and look at the stop criterion.
+
+        The criterion is looked at where a run goes on, too: one that it has stopped stays stopped.
+        """
         n = self.model.n
         if self._test is not None and n % self._test.interval == 0:
             self._test.write(self.model)
@@ -85,7 +87,7 @@ class Recorder:
             return
         if self._writer is not None:
             self._write(self._writer)
-        if self._criterion is not None and n > self._first:
+        if self._criterion is not None and n > 0:
             reason = self._criterion.reason(self.model)
             if reason is not None and self._criterion.new_interval is None:
                 self.stop_reason = reason

@@ -75,7 +75,7 @@ def restore(model: DEMModel, checkpoint: Checkpoint, *, changed_deck: bool = Fal
     _check_fit(model, checkpoint)
     if changed_deck:
         _check_time_step(model, checkpoint)
-    else:
+    if not changed_deck or _new_interval_had_set_in(model, checkpoint):
         model.output_interval = checkpoint.output_interval
     for name in NODE_ARRAYS:
         if name != "x_ref":
@@ -83,6 +83,12 @@ def restore(model: DEMModel, checkpoint: Checkpoint, *, changed_deck: bool = Fal
     model.set_intact(checkpoint.intact)
     springs = checkpoint.spring_nodes, checkpoint.spring_elongations
     model.mark_started(checkpoint.step, checkpoint.time, *springs)
+
+
+def _new_interval_had_set_in(model: DEMModel, checkpoint: Checkpoint) -> bool:
+    """Whether the run had met the criterion of a deck that may be another one by now."""
+    criteria = model.deck.output.output_criteria
+    return criteria is not None and checkpoint.output_interval == criteria.new_interval
 
 
 def _check_mode(model: DEMModel, checkpoint: Checkpoint) -> None:
@@ -213,6 +219,7 @@ def _restart_from_vtu(model: DEMModel, path: Path, step: int) -> None:
     model.compute_forces()  # breaks the bonds that are beyond their critical stretch
     _restore_bonds(model, content["arrays"].get("Damage"))
     model.compute_forces()  # with the self-contact of the bonds just broken
+    _warn_of_springs(model)
 
 
 def _motion(
@@ -289,6 +296,17 @@ def _restore_bonds(model: DEMModel, damage: NDArray[np.generic] | None) -> None:
         model.warnings.append(
             f"{where}: {int(broken.sum()) // 2} broken bonds follow from stretch and Damage, about "
             f"{(missing + 1) // 2} more cannot be told and are whole again; use a checkpoint (.h5)"
+        )
+
+
+def _warn_of_springs(model: DEMModel) -> None:
+    """Say that the springs of the friction with history are unknown."""
+    deck = model.deck
+    laws = deck.contacts.values()
+    if any(law.friction_on and law.friction_model == "history" for law in laws):
+        model.warnings.append(
+            f"{deck.where('Restart.File')}: Restart.File: a vtu file does not hold the tangential "
+            "springs of Friction_Model: history: they start unstretched; use a checkpoint (.h5)"
         )
 
 

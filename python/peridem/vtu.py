@@ -5,6 +5,8 @@ The VTK modules are imported by the first call, not with this module.
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -113,6 +115,8 @@ def write_vtu(
     if compress == "ascii":
         writer.SetDataModeToAscii()
         writer.SetCompressorTypeToNone()
+        # In memory: where text does not fit on the disk, VTK damages its memory and may abort.
+        writer.WriteToOutputStringOn()
     else:
         writer.SetDataModeToAppended()
         writer.EncodeAppendedDataOff()
@@ -124,6 +128,8 @@ def write_vtu(
     with _silent_vtk():
         written = writer.Write()
     del owners  # VTK reads the NumPy memory until here
+    if compress == "ascii" and written == 1:
+        path.write_text(writer.GetOutputString(), encoding="ascii")
     if written != 1 or writer.GetErrorCode() != 0 or not path.exists():
         raise OSError(0, _vtk_reason(writer.GetErrorCode()))
 
@@ -275,6 +281,13 @@ def _check_cells(name: str, nodes: Array, n_nodes: int) -> None:
 
 
 def _vtk_reason(code: int) -> str:
+    """Say why VTK could not write, in plain words."""
     from vtkmodules.vtkCommonMisc import vtkErrorCode
 
-    return str(vtkErrorCode.GetStringFromErrorCode(code)) if code else "VTK reports an error"
+    if not code:
+        return "VTK reports an error"
+    plain: dict[int, str] = {
+        vtkErrorCode.OutOfDiskSpaceError: os.strerror(errno.ENOSPC),
+        vtkErrorCode.CannotOpenFileError: "the file cannot be opened",
+    }
+    return plain.get(code) or str(vtkErrorCode.GetStringFromErrorCode(code))

@@ -263,6 +263,19 @@ def test_friction_settings_without_effect_are_noted(decks):
     assert note.endswith("has no effect with Friction_On: false")
 
 
+@pytest.mark.parametrize("name", ["Kn", "Kn_Factor"])
+def test_contact_without_force_is_noted_once_for_all_copies(decks, name):
+    (note,) = decks.two_grains(changes={f"Contact.Zone_11.{name}": 0.0}).notes
+    line = decks.line_of("Contact", "Zone_11", name)
+    expected = f"input.yaml:{line}: Contact.Zone_11.{name} = 0.0: means no contact force"
+    assert note.startswith(expected)
+
+
+def test_contact_without_force_between_walls_is_silent(decks):
+    changes = {"Zone.Zone_1.Is_Wall": True, "Zone.Zone_2.Is_Wall": True, "Contact.Zone_11.Kn": 0.0}
+    assert decks.two_grains(changes=changes).notes == ()
+
+
 def test_built_in_mesh_takes_the_shape_of_the_particle(decks, remove):
     changes = {
         "Mesh.Zone_1": {"CreateMesh": {"Flag": True, "Info": "uniform"}, "Mesh_Size": 5e-4},

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from helpers import GRAIN_RADIUS, DeckFolder, disc_mesh, single_deck
 from peridem import DEMModel, InputError, NumericalError
@@ -219,7 +220,7 @@ def mutate(files: Files, seed: int) -> Files:
 
 
 def what_is_wrong(folder: Path, files: Files) -> str | None:
-    """Build the model and take two steps; None when it runs or gives one clean error."""
+    """Build the model and take two steps; None when it stays finite or gives one clean error."""
     for name, text in files.items():
         (folder / name).write_bytes(text.encode("utf-8", "surrogatepass"))
     try:
@@ -231,7 +232,9 @@ def what_is_wrong(folder: Path, files: Files) -> str | None:
         return None if re.match(r"step \d+ \(t = .* s\): body \d+, node \d+: ", str(error)) else ""
     except Exception as error:  # whatever it is, it is the finding
         return f"{type(error).__name__}: {error}"
-    return None
+    state = model.state
+    wrong = [name for name in ("x", "v", "f") if not np.isfinite(getattr(state, name)).all()]
+    return f"not finite after the last step: {', '.join(wrong)}" if wrong else None
 
 
 def unclean(text: str, files: Files) -> str | None:

@@ -116,3 +116,87 @@ def test_created_mesh_that_does_not_fit_names_its_zone(deck_folder):
     deck["Mesh"] = {"Zone_1": {"CreateMesh": {"Flag": True, "Info": "uniform"}, "Mesh_Size": 2e-3}}
     with pytest.raises(InputError, match=r"deck_1.yaml:\d+: Mesh.Zone_1: Mesh_Size = 0.002 is lon"):
         deck_folder.model(deck)
+
+
+def test_broken_meshes_and_places_are_reported_together(deck_folder):
+    deck = deck_folder.grains()
+    for name in deck["Mesh"].values():
+        (deck_folder.folder / name["File"]).write_text("$MeshFormat\n")
+    deck_folder.places((0, 0, 0, 0, -1.0, 0), (5, 0, 1, 0, GRAIN_RADIUS, 0))
+    with pytest.raises(InputError) as caught:
+        deck_folder.model(deck)
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 4
+    assert "disc_6_1.msh" in lines[0]
+    assert "disc_6_2.msh" in lines[1]
+    assert "places.csv:2: r = -1.0: must be positive" in lines[2]
+    assert "places.csv:3: i = 5: must be a zone" in lines[3]
+
+
+def test_broken_mesh_of_two_zones_is_reported_once(deck_folder):
+    deck = deck_folder.grains()
+    deck["Mesh"]["Zone_2"] = deck["Mesh"]["Zone_1"]
+    (deck_folder.folder / deck["Mesh"]["Zone_1"]["File"]).write_text("$MeshFormat\n")
+    with pytest.raises(InputError) as caught:
+        deck_folder.model(deck)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_horizon_loads_and_ids_are_reported_together(deck_folder):
+    deck = deck_folder.grains()
+    deck["Material"]["Zone_1"] = {**deck["Material"]["Zone_1"], "Horizon": 1e-5}
+    held = {"Particle_List": [7], "Direction": [1], "Zero_Displacement": True}
+    push = {"Type": "constant", "Parameters": [1.0]}
+    deck["Displacement_BC"] = {"Sets": 1, "Set_1": held}
+    pushed = {"Particle_List": [8], "Direction": [1], "Time_Function": push}
+    deck["Force_BC"] = {"Sets": 1, "Set_1": pushed}
+    deck["IC"] = {"Constant_Velocity": {"Velocity_Vector": [1, 0, 0], "Particle_List": [9]}}
+    deck["Particle"]["Test_Name"] = "compressive_test"
+    test = {"Particle_Id": 6, "Particle_Force_Direction": 2}
+    deck["Particle"]["Compressive_Test"] = test
+    with pytest.raises(InputError) as caught:
+        deck_folder.model(deck)
+    lines = str(caught.value).splitlines()
+    wanted = ("Zone_1.Horizon = 1e-05: must exceed", "Particle_Id = 6", "no body 7", "no body 8")
+    for line, part in zip(lines, (*wanted, "no body 9"), strict=True):
+        assert part in line
+
+
+@pytest.mark.parametrize(
+    ("shape", "inside"),
+    [
+        ({"Type": "annulus_circle", "Parameters": [5.5e-4, 9e-4, 0, 0, 0]}, "r"),
+        ({"Type": "annulus_rectangle", "Parameters": [1.1e-3, 1.1e-3, 2.2e-3, 2.2e-3]}, "box"),
+    ],
+)
+def test_annulus_selects_the_nodes_of_a_set(deck_folder, shape, inside):
+    name = deck_folder.mesh("disc", disc_mesh(GRAIN_RADIUS, 6))
+    deck = single_deck(name, {"Type": "circle", "Parameters": [GRAIN_RADIUS]})
+    held = {"Region": {"Geometry": shape}, "Direction": [1], "Zero_Displacement": True}
+    deck["Displacement_BC"] = {"Sets": 1, "Set_1": held}
+    deck["Container"] = {"Geometry": shape}
+    model = deck_folder.model(deck)
+    assert model.warnings == []  # the centre lies in the hole: a hollow container is its box
+    x = model.state.x_ref
+    r, half = np.linalg.norm(x, axis=1), np.abs(x).max(axis=1)
+    expected = (r > 5.5e-4) & (r < 9e-4) if inside == "r" else half > 5.5e-4
+    assert 0 < expected.sum() < len(x)
+    np.testing.assert_array_equal(model.state.fixity != 0, expected)
+
+
+@pytest.mark.parametrize("body", [-1, 2, 0.5])
+def test_body_that_does_not_exist_is_named(deck_folder, body):
+    model = deck_folder.model(deck_folder.grains())
+    for ask in (model.particle, model.start_center, lambda k: model.contact_radius(0, k)):
+        with pytest.raises(InputError, match=f"body = {body}: there is none; .* 0 to 1"):
+            ask(body)
+    assert model.particle(np.int64(1)).id == 1
+
+
+@pytest.mark.parametrize("steps", [-1, 1.5, "2"])
+def test_number_of_steps_must_be_whole(deck_folder, steps):
+    model = deck_folder.model(deck_folder.grains())
+    with pytest.raises(InputError, match=f"n = {steps!r}: must be a whole number, at least 0"):
+        model.step(steps)
+    with pytest.raises(InputError, match=f"steps = {steps!r}: must be a whole number"):
+        model.run(steps=steps)

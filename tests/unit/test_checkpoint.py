@@ -397,6 +397,23 @@ def test_restart_from_vtu_without_bonds_warns(
     assert (model.n, model.time) == (54, first.time)
 
 
+def test_restart_from_vtu_warns_of_friction_springs(
+    deck_folder: DeckFolder, tmp_path: Path
+) -> None:
+    contact = {"Friction_On": True, "Friction_Coeff": 0.5, "Friction_Model": "history"}
+    grains = deck_folder.grains(rings=4, offset=(0.0, 2.5e-3))
+    grains["Contact"]["Zone_12"] |= contact
+    first = started(deck_folder.write(grains))
+    file = write_state(tmp_path / "state.vtu", first, [*TAGS, "Damage"])
+    (warning,) = restarted(deck_folder, grains, file, 0).warnings
+    assert (
+        "Restart.File: a vtu file does not hold the tangential springs of Friction_Mod" in warning
+    )
+    assert "they start unstretched; use a checkpoint (.h5)" in warning
+    grains["Contact"]["Zone_12"]["Friction_On"] = False
+    assert restarted(deck_folder, grains, file, 0).warnings == []
+
+
 def strain(model: DEMModel) -> np.ndarray[Any, Any]:
     """|s| of each directed bond."""
     bonds, s = model.bonds, model.state

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers import GRAIN_RADIUS, disc_mesh
+from helpers import GRAIN_RADIUS, disc_mesh, single_deck
 from peridem import DEMModel
 from peridem.checks import check_model, find_overlaps
 from peridem.errors import InputError
@@ -100,8 +100,12 @@ def test_a_body_in_the_hole_of_another_does_not_overlap(deck_folder):
     assert find_overlaps(initialised(deck_folder.write(deck))) == []
 
 
-def with_time_step(deck_folder, dt):
-    return deck_folder.write(deck_folder.grains(dt=dt))
+def with_time_step(deck_folder, dt, kn_factor=0.01):
+    """Two grains; with a hundredth of the stiffness, contact is stable at steps of the bonds."""
+    deck = deck_folder.grains(dt=dt)
+    for contact in deck["Contact"].values():
+        contact["Kn_Factor"] = kn_factor
+    return deck_folder.write(deck)
 
 
 def test_time_step_above_the_bonds_limit_is_a_warning_and_strictly_an_error(deck_folder):
@@ -122,14 +126,74 @@ def test_time_step_below_the_bonds_limit_is_silent(deck_folder):
     assert initialised(with_time_step(deck_folder, 0.99 * limit), strict=True).warnings == []
 
 
-def test_time_step_above_the_contact_limit_alone_is_a_note(deck_folder):
-    deck = deck_folder.grains()
-    stiff = {**deck["Contact"]["Zone_12"], "Kn": 1e4 * deck["Contact"]["Zone_12"]["Kn"]}
-    deck["Contact"]["Zone_12"] = stiff
-    model = initialised(deck_folder.write(deck), strict=True)
-    assert model.warnings == []
-    (note,) = model.notes
-    assert "two nodes in full contact" in note
+def test_time_step_a_little_above_the_contact_limit_is_a_note(deck_folder):
+    limit = initialised(with_time_step(deck_folder, 1e-7, 1.0)).stable_time_step()
+    assert limit.contact < 0.5 * limit.bonds  # the stiffness of the paper: contact decides
+    for factor in (1.01, 1.49):
+        path = with_time_step(deck_folder, factor * limit.contact, 1.0)
+        model = initialised(path, strict=True)
+        assert model.warnings == []
+        (note,) = model.notes
+        assert "is above the estimated stable one of two nodes in full contact" in note
+        assert "if bodies rebound too fast" in note
+    model = initialised(with_time_step(deck_folder, 0.99 * limit.contact, 1.0))
+    assert (model.warnings, model.notes) == ([], [])
+
+
+def test_time_step_far_above_the_contact_limit_is_a_warning_and_strictly_an_error(deck_folder):
+    limit = initialised(with_time_step(deck_folder, 1e-7, 1.0)).stable_time_step().contact
+    path = with_time_step(deck_folder, 1.51 * limit, 1.0)
+    model = initialised(path)
+    (warning,) = model.warnings
+    assert model.notes == []
+    assert "is above the estimated stable one of two nodes in full contact" in warning
+    assert warning.endswith("use at least 1510, or a smaller Kn")  # 1000 steps, 1.51 times too long
+    with pytest.raises(InputError, match="two nodes in full contact"):
+        initialised(path, strict=True)
+
+
+def lone_nodes(deck_folder, lone, **particle):
+    """A row of 4 nodes 1 apart (times 0.1 mm) and `lone` ones, 5 apart; horizon 2."""
+    h = 1e-4
+    x = [*range(4), *(3 + 5 * (k + 1) for k in range(lone))]
+    # two rows, so that the body has an area
+    points = [(k * h, y * h, 0.0) for k in x for y in (0, 4)]
+    name = deck_folder.nodes("row", points, [h * h] * len(points))
+    deck = single_deck(name, {"Type": "rectangle", "Parameters": [0.01, 0.01], **particle})
+    deck["Material"]["Zone_1"] = {**deck["Material"]["Zone_1"], "Horizon": 2 * h}
+    return deck_folder.write(deck)
+
+
+def test_nodes_without_neighbours_are_a_warning(deck_folder):
+    path = lone_nodes(deck_folder, 2)
+    line = next(n for n, text in enumerate(path.read_text().splitlines(), 1) if "Horizon" in text)
+    (warning,) = initialised(path).warnings
+    assert warning.startswith(
+        f"{path.name}:{line}: Material.Zone_1.Horizon: 4 nodes of the zone have no neighbour "
+        "within the horizon 0.0002 m"
+    )
+    assert "h = 0.0001 m" in warning
+
+
+def test_body_with_most_nodes_without_neighbours_is_refused(deck_folder):
+    assert len(initialised(lone_nodes(deck_folder, 4)).warnings) == 1  # half of them: 8 of 16
+    path = lone_nodes(deck_folder, 5)
+    with pytest.raises(InputError, match="Horizon: 10 of the 18 nodes of body 0 have no neighb"):
+        initialised(path)
+
+
+def test_nodes_of_a_body_that_never_moves_need_no_neighbours(deck_folder):
+    assert initialised(lone_nodes(deck_folder, 5, All_Dofs_Constrained=True)).warnings == []
+
+
+def test_checks_of_the_model_are_reported_together(deck_folder):
+    path = grains(deck_folder, (2 * R + 0.25 * SPACING, 0))
+    text = path.read_text().replace('"Time_Steps": 1000', '"Time_Steps": 1')
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        initialised(path, strict=True)
+    assert "overlap at the start" in str(caught.value)
+    assert "is above the estimated stable one, " in str(caught.value)
 
 
 def test_body_of_a_compressive_test_must_exist(deck_folder):

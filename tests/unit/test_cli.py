@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import io
+import os
 import re
+import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,6 +17,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 from peridem import __version__, cli, runlog
+from peridem.cli import DEMO_DECK
 from peridem.errors import InputError, NumericalError
 from peridem.interrupt import Terminated
 from peridem.model import DEMModel
@@ -345,6 +350,82 @@ def test_progress_on_a_terminal_is_a_bar() -> None:
         progress(SimpleNamespace(n=10, time=1e-5))
     text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", screen.getvalue())
     assert "10/20 steps" in text and "t = 10 us" in text and "steps/s" in text
+
+
+COMMAND = [sys.executable, "-c", "from peridem.cli import main; main()"]
+
+
+@pytest.mark.parametrize("arguments", [["check", DEMO_DECK], ["--version"], ["check", "--help"]])
+def test_full_standard_output_is_one_line(arguments: list[object]) -> None:
+    with Path("/dev/full").open("w") as full:  # every write there fails with "no space left"
+        result = subprocess.run(
+            [*COMMAND, *map(str, arguments)],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert result.returncode == 2
+    assert result.stderr == (
+        "peridem: error: the standard output: No space left on device; free some space, or write "
+        "elsewhere\n"
+    )
+
+
+def test_closed_pipe_ends_quietly() -> None:
+    read, written = os.pipe()
+    os.close(read)
+    result = subprocess.run(
+        [*COMMAND, "check", str(DEMO_DECK)],
+        stdout=written,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    os.close(written)
+    assert (result.returncode, result.stderr) == (1, "")
+
+
+def test_full_output_does_not_hide_why_a_run_failed(
+    deck: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(FakeModel, "failure", NumericalError("step 8: node 3: speed = nan"))
+
+    def no_space(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(cli, "timing_table", no_space)
+    result = peridem("run", deck)
+    assert result.exit_code == 3
+    assert "node 3: speed = nan" in result.stderr
+    assert "time: total" in (deck.parent / "out" / "peridem.log").read_text()
+
+
+def test_deck_refused_by_init_leaves_the_log_of_an_earlier_run(
+    deck: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    peridem("run", deck)
+    log = deck.parent / "out" / "peridem.log"
+    before = log.read_bytes()
+
+    def overlap(self: FakeModel) -> None:
+        raise InputError("input.yaml: bodies 0 and 1: overlap at the start; move them apart")
+
+    monkeypatch.setattr(FakeModel, "init", overlap)
+    result = peridem("run", deck)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert log.read_bytes() == before
+
+
+def test_run_that_its_criterion_stopped_does_not_ask_to_go_on(
+    deck: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(FakeModel, "stop_reason", "Output_Criteria: far enough")
+    monkeypatch.setattr(FakeModel, "last_checkpoint", deck.parent / "out" / "checkpoint_5.h5")
+    result = peridem("run", deck, "--steps", 5)
+    assert result.exit_code == 0
+    assert "Stopped by Output_Criteria after step 5" in result.stdout
+    assert "peridem resume" not in result.stdout
 
 
 def test_log_continues_where_it_is_told_to(tmp_path: Path) -> None:

@@ -213,12 +213,44 @@ def test_reaction_of_the_wall_is_the_momentum_it_gives(deck_folder, tmp_path, co
     assert reaction.max() > 1.0  # far above the weight, 0.04 N/m
     # the internal forces of the grain cancel to round-off of the largest of them
     np.testing.assert_allclose(reaction, -given, rtol=1e-8, atol=1e-8 * reaction.max())
-    np.testing.assert_allclose(rows["penetration [m]"], -3.0 * t, rtol=1e-12, atol=1e-18)
+    assert list(rows) == [
+        "step",
+        "t [s]",
+        "wall_displacement [m]",
+        "penetration [m]",
+        "contact_force [N/m]",
+        "gravity_force [N/m]",
+        "total_force [N/m]",
+    ]
+    # the plate moves down, which is into the grain
+    np.testing.assert_allclose(rows["wall_displacement [m]"], -3.0 * t, rtol=1e-12, atol=1e-18)
+    np.testing.assert_array_equal(rows["penetration [m]"], -rows["wall_displacement [m]"])
     weight = 1200.0 * 2.4e-3**2 * -10.0  # density, area, gravity
     np.testing.assert_allclose(rows["gravity_force [N/m]"], weight, rtol=1e-12)
     total = rows["total_force [N/m]"]
     # the inner forces of the plate, which moves rigidly, vanish
     np.testing.assert_allclose(total, reaction + weight, rtol=1e-8, atol=1e-8 * reaction.max())
+
+
+def test_penetration_is_negative_beyond_the_start(deck_folder, tmp_path):
+    # the wall swings, y = -a sin(pi b t), b = 2 / T: down for half of T = 100 steps, then above
+    deck = press(deck_folder, "corrected")
+    motion = {"Type": "sin", "Parameters": [-1e-5, 2 / (100 * 1e-7)]}
+    deck["Displacement_BC"]["Set_1"]["Time_Function"] = motion
+    whole = new_model(deck_folder, deck)
+    whole.run(tmp_path / "whole", steps=90)
+    # the second part starts above and knows from the file that the first motion was down
+    new_model(deck_folder, deck).run(tmp_path / "parts", steps=70, checkpoint_every=70)
+    DEMModel.resume(tmp_path / "parts", threads=1).run(tmp_path / "parts", steps=20)
+    name = "pp_compressive_test.csv"
+    assert (tmp_path / "parts" / name).read_text() == (tmp_path / "whole" / name).read_text()
+    rows = read_csv(tmp_path / "whole" / name)
+    penetration = rows["penetration [m]"]
+    # the centre is that of a node at 2 mm, whose place is rounded to 4e-19 m
+    expected = 1e-5 * np.sin(2 * np.pi * rows["step"] / 100)
+    np.testing.assert_allclose(penetration, expected, rtol=1e-9, atol=1e-17)
+    np.testing.assert_array_equal(rows["wall_displacement [m]"], -penetration)
+    assert penetration[-1] < 0
 
 
 def flight(deck_folder, criteria, steps=STEPS):
@@ -251,6 +283,56 @@ def test_run_stops_when_a_node_is_far_from_the_origin(deck_folder):
     assert model.stop_reason.endswith("more than 0.0033 m from the origin")
 
 
+def test_run_that_its_criterion_has_stopped_stays_stopped(deck_folder, tmp_path):
+    # it stops at step 120, see above
+    deck = flight(deck_folder, {"Type": "max_particle_dist", "Parameters": [2.4e-3]})
+    model = new_model(deck_folder, deck)
+    model.run(tmp_path / "out", checkpoint_every=50)
+    series = (tmp_path / "out" / "output.pvd").read_bytes()
+    resumed = DEMModel.resume(tmp_path / "out", threads=1)
+    assert resumed.n == 120
+    resumed.run(tmp_path / "out")
+    assert (resumed.n, resumed.stop_reason) == (120, model.stop_reason)
+    assert (tmp_path / "out" / "output.pvd").read_bytes() == series
+    model.run()
+    assert model.n == 120
+
+
+def test_resumed_run_stops_where_the_whole_run_does(deck_folder, tmp_path):
+    deck = flight(deck_folder, {"Type": "max_particle_dist", "Parameters": [2.4e-3]})
+    # at step 118 the criterion holds already, but it is looked at with every output
+    for at in (110, 118):
+        out = tmp_path / str(at)
+        new_model(deck_folder, deck).run(out, steps=at, checkpoint_every=500)
+        resumed = DEMModel.resume(out, threads=1)
+        resumed.run(out)
+        assert resumed.n == 120
+
+
+def test_new_interval_is_kept_when_the_criterion_no_longer_holds(deck_folder, tmp_path):
+    # the centres are 2 R + 1.05 Rc - v t = 2.146 mm apart at step 10 and come nearer
+    criteria = {"Type": "max_particle_dist", "Parameters": [2.14e-3], "New_Interval": 5}
+    deck = flight(deck_folder, criteria)
+    deck["IC"]["Constant_Velocity"]["Velocity_Vector"] = [0, -20.0, 0]
+    new_model(deck_folder, deck).run(tmp_path / "whole", steps=40)
+    new_model(deck_folder, deck).run(tmp_path / "parts", steps=22, checkpoint_every=500)
+    resumed = DEMModel.resume(tmp_path / "parts", threads=1)
+    resumed.run(tmp_path / "parts", steps=18)
+    found, expected = (
+        [round(time / resumed.dt) for time, _ in read_pvd(tmp_path / run / "output.pvd")]
+        for run in ("parts", "whole")
+    )
+    below, above = resumed.particles
+    assert np.linalg.norm(above.center - below.center) < 2.14e-3
+    assert found == expected == [0, 10, 15, 20, 25, 30, 35, 40]
+    # a Restart block with the same Output goes on likewise
+    checkpoint = next((tmp_path / "parts").glob("checkpoint_22.h5"))
+    deck["Restart"] = {"File": str(checkpoint), "Step": 22}
+    model = new_model(deck_folder, deck)
+    model.init()
+    assert model.output_interval == 5
+
+
 @pytest.mark.parametrize(("new", "after"), [(5, [145, 150]), (30, [150])])
 def test_new_interval_takes_over_instead_of_a_stop(deck_folder, tmp_path, new, after):
     criteria = {"Type": "max_particle_dist", "Parameters": [2.4e-3], "New_Interval": new}
@@ -278,6 +360,40 @@ def test_failed_run_leaves_its_last_state(deck_folder, tmp_path):
     assert "body 1, node 3: " in str(caught.value)
     assert np.isnan(read_vtu(path)["arrays"]["Velocity"]).any(axis=1).nonzero()[0].tolist() == [130]
     assert path not in [file for _, file in read_pvd(tmp_path / "out" / "output.pvd")]
+
+
+@pytest.mark.parametrize("name", ["x", "v", "f"])
+def test_run_that_ends_in_nan_fails(deck_folder, tmp_path, name):
+    # what the last evaluation of forces leaves is taken up by no step: here it is written there
+    model = new_model(deck_folder, impact(deck_folder))
+    model.run(tmp_path / "out", steps=7)
+    getattr(model.state, name)[130, 1] = math.nan
+    with pytest.raises(NumericalError) as caught:
+        model.run(tmp_path / "out", steps=0)
+    what = {"x": "position", "v": "velocity", "f": "force density"}[name]
+    assert str(caught.value).startswith("step 7 (t = 7e-07 s): body 1, node 3: " + what + " = (")
+    assert str(caught.value).endswith(f"; the last state is in {tmp_path}/out/output_last.vtu")
+    with pytest.raises(NumericalError, match="body 1, node 3"):
+        model.step(0)
+
+
+def test_force_beyond_all_numbers_at_the_last_step_fails(deck_folder):
+    # density times acceleration, 1200 * 1e306, overflows; no step follows that would notice
+    deck = impact(deck_folder, Force_BC={"Gravity": [0, -1e306, 0]})
+    with pytest.raises(NumericalError, match=r"step 0 \(t = 0 s\): body 0, node 0: force density"):
+        new_model(deck_folder, deck).run(steps=0)
+
+
+@pytest.mark.parametrize("rate", [-1e30, 1e308, 1.01 * 6e-4 / 1e-7])
+def test_prescribed_motion_beyond_a_horizon_in_a_step_fails(deck_folder, tmp_path, rate):
+    deck = press(deck_folder, "corrected")
+    deck["Displacement_BC"]["Set_1"]["Time_Function"]["Parameters"] = [rate]
+    model = new_model(deck_folder, deck)
+    with pytest.raises(
+        NumericalError, match=r"^step 1 \(t = 1e-07 s\): body 1, node 0: "
+    ) as caught:
+        model.run(tmp_path / "out", steps=1)
+    assert str(caught.value).endswith("output_last.vtu")
 
 
 def test_failed_run_without_folder_leaves_no_file(deck_folder):

@@ -14,6 +14,8 @@ import pytest
 from peridem import output
 from peridem.errors import InputError
 from peridem.output import OutputWriter, read_pvd, read_vtu, write_particle_locations
+from peridem.vtu import _vtk_reason
+from vtkmodules.vtkCommonMisc import vtkErrorCode
 
 # Two triangles of one body, a quad of another; node 8 belongs to no element.
 CELLS = [
@@ -182,10 +184,11 @@ def test_interrupted_write_leaves_the_old_file_and_no_other(
 def test_full_disk_is_an_input_error_without_a_partial_file(tmp_path: Path, compress: Any) -> None:
     n = 5000  # about 120 kB of positions against a limit of 20 kB per file
     w = writer(tmp_path, tags=[], cells=[], compress=compress)
+    full = r"output_0\.vtu: cannot be written: (File too large|No space left on device); free some"
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
     try:
-        with pytest.raises(InputError, match=r"output_0\.vtu: cannot be written: .*; free some"):
+        with pytest.raises(InputError, match=full):
             w.write(0, 0, 0.0, {}, points=np.random.default_rng(4).normal(size=(n, 3)))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
@@ -268,6 +271,21 @@ def test_pvd_that_is_none_is_an_input_error(tmp_path: Path) -> None:
     (tmp_path / "x.pvd").write_text("<VTKFile><DataSet/>")
     with pytest.raises(InputError, match="not a PVD time series"):
         read_pvd(tmp_path / "x.pvd")
+
+
+def test_vtk_s_reasons_are_plain_words() -> None:
+    assert _vtk_reason(vtkErrorCode.OutOfDiskSpaceError) == "No space left on device"
+    assert _vtk_reason(vtkErrorCode.CannotOpenFileError) == "the file cannot be opened"
+    assert _vtk_reason(errno.EFBIG) == "File too large"  # codes of the system are passed on
+
+
+def test_folder_in_place_of_a_file_is_named_with_its_remedy(tmp_path: Path) -> None:
+    (tmp_path / "output.pvd").mkdir()
+    said = r"output\.pvd: cannot be written: a folder has its name; rename or remove the folder"
+    with pytest.raises(InputError, match=said):
+        write(writer(tmp_path), 0)
+    with pytest.raises(InputError, match=r"output\.pvd: cannot be read: .*; rename or remove the"):
+        writer(tmp_path, keep_until=1.0)
 
 
 def test_particle_locations_return_every_digit(tmp_path: Path) -> None:

@@ -326,7 +326,10 @@ class Contact(Block):
     )
     contact_radius: Positive | None = key("Contact_Radius", "the contact radius", unit="m")
     kn: NonNegative | None = key(
-        "Kn", "the normal stiffness; 18 kappa/(pi eps^5) when left out", unit="N/m^7"
+        "Kn",
+        "the normal stiffness; 18 kappa/(pi eps^5) when left out",
+        unit="N/m^7",
+        remedy="give the normal stiffness in N/m^7, or leave it out for 18 kappa/(pi eps^5)",
     )
     kn_factor: NonNegative = key("Kn_Factor", "the factor on Kn", default=1.0)
     damping_on: Flag = key("Damping_On", "whether there is normal damping", default=True)

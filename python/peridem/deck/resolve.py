@@ -316,7 +316,29 @@ def resolve_contacts(scope: Scope, zones: tuple[Zone, ...]) -> dict[Pair, Contac
                 if value is items[name] and value.self_contact and pair[0] != pair[1]:
                     text = "belongs to pairs Zone_ii: it is contact of a body with itself; move it"
                     scope.problems.add(f"Contact.{name}.Self_Contact", text)
+    _note_no_force(
+        scope,
+        {
+            names[pair]: contacts[pair]
+            for pair in contacts
+            if names[pair] in items and not (zones[pair[0]].is_wall and zones[pair[1]].is_wall)
+        },
+    )
     return contacts
+
+
+def _note_no_force(scope: Scope, contacts: dict[str, Contact]) -> None:
+    """Note pairs that can touch but repel with nothing; copies are noted once."""
+    noted: set[int] = set()
+    for name, contact in contacts.items():
+        if id(contact) in noted:
+            continue
+        for key_name, value in (("Kn", contact.kn), ("Kn_Factor", contact.kn_factor)):
+            if value == 0:
+                path = f"Contact.{name}.{key_name}"
+                scope.parsed.notes.append((path, "means no contact force between these zones"))
+                noted.add(id(contact))
+                break
 
 
 def _check_pairs(scope: Scope, names: dict[Pair, str], required: list[str]) -> None:

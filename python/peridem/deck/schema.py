@@ -149,7 +149,15 @@ class Zones(Block):
 
     numbered: ClassVar[Numbered | None] = Numbered("Zone_k", Zone)
 
-    zones: Count = key("Zones", "the number of zones", default=REQUIRED, le=500)
+    # With 111 zones Contact.Zone_1111 would mean both (1, 111) and (11, 11).
+    zones: Count = key(
+        "Zones",
+        "the number of zones",
+        default=REQUIRED,
+        le=110,
+        remedy="give the number of zones; from 111 on, names such as Contact.Zone_1111 would mean "
+        "two pairs",
+    )
 
 
 class ParticleZone(ShapeKeys):
@@ -268,7 +276,7 @@ class Neighbor(Block):
     """Neighbor: how often contact candidates are searched; results do not depend on it."""
 
     update_criteria: Text = key(
-        "Update_Criteria", "a name", default="simple_all", ignored="without effect everywhere"
+        "Update_Criteria", "a name", default="simple_all", ignored="results do not depend on it"
     )
     search_factor: Positive = key(
         "Search_Factor", "the search radius as a multiple of the contact radius", default=1.0

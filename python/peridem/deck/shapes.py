@@ -3,27 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+from peridem.geometry import SHAPE_TYPES
 
 from .fields import REQUIRED, Block, Numbers, key
 
-ShapeType = Literal[
-    "line",
-    "triangle",
-    "square",
-    "rectangle",
-    "hexagon",
-    "drum2d",
-    "circle",
-    "ellipse",
-    "sphere",
-    "cube",
-    "cuboid",
-    "cylinder",
-    "rectangle_minus_rectangle",
-    "cuboid_minus_cuboid",
-    "complex",
-]
+if TYPE_CHECKING:
+    ShapeType = str
+else:
+    ShapeType = Literal[SHAPE_TYPES]
 
 
 class ShapeKeys(Block):

@@ -269,6 +269,18 @@ SHAPE_TYPES: tuple[str, ...] = (*_FORMS, "complex")
 """Names that ``Type`` of a geometry may have."""
 
 
+def parameter_forms(type: str) -> tuple[str, ...]:
+    """Return the lists that ``Parameters`` of a shape may be, such as ``r,x,y,z``.
+
+    Parameters
+    ----------
+    type : str
+        One of `SHAPE_TYPES`; ``complex`` has none of its own.
+    """
+    forms = _FORMS[type][1] if type in _FORMS else {}
+    return tuple(forms[n] for n in sorted(forms))
+
+
 def make_shape(
     type: str,
     parameters: Sequence[float],
