@@ -60,8 +60,8 @@ def check_model(model: DEMModel, *, strict: bool = False, allow_overlap: bool = 
     Returns
     -------
     list of str
-        Warnings: nodes without neighbours, a time step above the estimated stable one,
-        particles outside the container, outputs without content.
+        Warnings: nodes without neighbours, a horizon wider than a body, a time step above
+        the estimated stable one, particles outside the container, outputs without content.
 
     Raises
     ------
@@ -73,6 +73,7 @@ def check_model(model: DEMModel, *, strict: bool = False, allow_overlap: bool = 
     warnings = []
     with problems.collect():
         warnings += unbonded_warnings(model)
+    warnings += wide_horizon_warnings(model)
     if not allow_overlap:
         with problems.collect():
             _refuse_overlaps(model)
@@ -178,6 +179,23 @@ def unbonded_warnings(model: DEMModel) -> list[str]:
         _unbonded_text(model, first[zone], f"{count} node{'s' if count > 1 else ''} of the zone")
         for zone, count in counts.items()
     ]
+
+
+def wide_horizon_warnings(model: DEMModel) -> list[str]:
+    """Return a warning for each zone whose horizon reaches across a whole body that can move."""
+    wide: dict[int, str] = {}
+    for body in model.particles:
+        if body.constrained or body.horizon <= 2 * body.bounding_radius:
+            continue
+        key = f"Material.Zone_{body.zone + 1}.Horizon"
+        wide.setdefault(
+            body.zone,
+            f"{model.deck.where(key)}: {key}: the horizon {body.horizon:.3g} m is wider than body "
+            f"{body.id}, of radius {body.bounding_radius:.3g} m: every node is bonded to every "
+            f"other; usual is 3 to 4 mesh sizes, {3 * body.mesh_size:.3g} to "
+            f"{4 * body.mesh_size:.3g} m: check the unit",
+        )
+    return list(wide.values())
 
 
 def _unbonded_text(model: DEMModel, body: Particle, nodes: str) -> str:

@@ -449,7 +449,8 @@ class DEMModel:
         checkpoint_every : int, optional
             Steps between checkpoints ``checkpoint_<step>.h5`` in `output`, of which the last
             two are kept; also written after the last step. By default none, and in a resumed
-            run the interval it had. Ctrl-C and SIGTERM write one in any case with `output`.
+            run the interval it had. With `output`, a run that stops before the last step of the
+            deck (`steps`, Ctrl-C, SIGTERM) writes one in any case, to be gone on with.
 
         Raises
         ------
@@ -485,7 +486,11 @@ class DEMModel:
                     self._save(checkpoints)
                 if progress is not None:
                     progress(self)
-            if checkpoints is not None and (checkpoints.every or signals.noted is not None):
+            # A run that stops short can be gone on with.
+            short = self.stop_reason is None and self.n < self.n_steps
+            if checkpoints is not None and (
+                checkpoints.every or signals.noted is not None or short
+            ):
                 self._save(checkpoints)
 
     def _next(self, interval: int) -> int:

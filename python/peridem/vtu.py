@@ -131,6 +131,7 @@ def write_vtu(
     if compress == "ascii" and written == 1:
         path.write_text(writer.GetOutputString(), encoding="ascii")
     if written != 1 or writer.GetErrorCode() != 0 or not path.exists():
+        _raise_reason(path, points.nbytes + sum(array.nbytes for array in arrays.values()))
         raise OSError(0, _vtk_reason(writer.GetErrorCode()))
 
 
@@ -278,6 +279,18 @@ def _check_cells(name: str, nodes: Array, n_nodes: int) -> None:
         raise ValueError(f"VTU: cells {name} with connectivity of shape {nodes.shape}")
     if nodes.min() < 0 or nodes.max() >= n_nodes:
         raise ValueError(f"VTU: cells {name} name a node outside 0..{n_nodes - 1}")
+
+
+def _raise_reason(path: Path, n_bytes: int) -> None:
+    """Raise the system's own error by writing as much as VTK wanted to.
+
+    VTK keeps the last error of the system, which need not be that of its write.
+    """
+    chunk = bytes(1 << 20)
+    with path.open("wb") as stream:
+        for _ in range(n_bytes // len(chunk) + 1):
+            stream.write(chunk)
+            stream.flush()
 
 
 def _vtk_reason(code: int) -> str:

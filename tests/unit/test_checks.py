@@ -232,3 +232,12 @@ def test_check_model_returns_what_init_keeps(deck_folder):
     deck["Container"] = {"Geometry": {"Type": "circle", "Parameters": [1.5 * R, 0, 0, 0]}}
     model = initialised(deck_folder.write(deck))
     assert check_model(model) == model.warnings
+
+
+def test_horizon_wider_than_a_body_is_a_warning(deck_folder):
+    # 0.6 m for 0.6 mm: a wrong unit.
+    model = deck_folder.model(deck_folder.grains(), {"Material.Zone_2.Horizon": 0.6})
+    (warning,) = [text for text in model.warnings if "wider" in text]
+    assert "Material.Zone_2.Horizon: the horizon 0.6 m is wider than body 1" in warning
+    assert "of radius 0.001 m" in warning
+    assert "check the unit" in warning
