@@ -96,6 +96,7 @@ void DEMModel::placeBody(const BodyDeck& body, Index id, const std::vector<Real>
 
   const Eigen::Matrix3d rotation =
       Eigen::AngleAxisd(body.angle, body.axis.normalized()).toRotationMatrix();
+  p.rotation = rotation;
   const Real volume_scale = std::pow(body.scale, deck_.dimension);
   for (std::size_t k = 0; k < mesh.points.size(); ++k) {
     const std::size_t i = static_cast<std::size_t>(p.start) + k;
@@ -292,7 +293,7 @@ void DEMModel::setIntact(std::span<const std::uint8_t> intact) {
         throw InputError("intact: the two directions of bond (" + std::to_string(i) + ", " +
                          std::to_string(bonds_.neighbors[k]) + ") differ");
   std::copy(intact.begin(), intact.end(), bonds_.intact.begin());
-  peridynamic_.importFlags(bonds_);
+  peridynamic_.importFlags(bonds_, particles_);
 }
 
 std::vector<BondConstants> DEMModel::bondConstants() const {

@@ -1,6 +1,8 @@
 // A body of the model: a particle or a wall, with its range of nodes.
 #pragma once
 
+#include <Eigen/Core>
+
 #include "material.h"
 #include "types.h"
 
@@ -14,6 +16,7 @@ struct Particle {
   Index start = 0;           // nodes [start, stop)
   Index stop = 0;
   Index center_node = 0;     // mesh node nearest to the centre of the shape
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // of the reference mesh
   Real bounding_radius = 0;  // R of the shape [m]
   Real mesh_size = 0;        // h, smallest distance between two nodes [m]
   Real horizon = 0;          // eps [m]

@@ -1,6 +1,7 @@
 // Peridynamic forces inside the bodies: break test, dilatation, bond forces, damage.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,7 +16,7 @@ namespace peridem {
 
 // Nodes per block of a body that is cut into pieces, and the largest body that is not.
 struct BlockSizes {
-  Index piece = 512;
+  Index piece = 2048;
   Index whole = 1500;
 };
 
@@ -34,30 +35,48 @@ class PeridynamicForce {
   // moving bodies. Flags of bonds that break are cleared in the table.
   void compute(State& state, BondTable& bonds, const std::vector<Particle>& bodies, int threads);
 
-  // Damage Z at the current state. It does not act back on the forces, so that it is enough to
-  // compute it when someone looks.
+  // Damage Z at the current state, and theta of the last compute(). They do not act back on the
+  // forces from there, so that it is enough to write them when someone looks.
   void computeDamage(State& state, const std::vector<Particle>& bodies, int threads);
 
   // Takes over the flags of the table, after they have been set from outside.
-  void importFlags(const BondTable& bonds);
+  void importFlags(const BondTable& bonds, const std::vector<Particle>& bodies);
 
   std::size_t bytes() const;
   const std::string& instructionSet() const { return instruction_set_; }
 
  private:
   class Scratch;
+  // Over the places of all pieces of a body; see BondPattern::halo_places.
+  struct Exchange {
+    std::array<AlignedArray, 3> z;
+    AlignedArray theta;
+  };
+  // A body or a piece of one: a pattern and its flags.
+  struct Block {
+    Index body;
+    std::size_t pattern;
+    std::size_t first_group;  // in intact_
+  };
+  void addBody(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
+               const Particle& body, const BlockSizes& sizes);
+  BlockView viewOf(const Block& block, const Particle& body);
   void prepareScratch(int threads);
-  void runStage(Stage stage, const BondBlock& block, State& state, BondTable* bonds,
+  void runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
                 const std::vector<Particle>& bodies, Scratch& scratch);
 
   int dimension_ = 2;
   std::string instruction_set_;
   RunBlock run_ = nullptr;
-  std::vector<BondBlock> whole_;   // blocks that are whole bodies, largest first
-  std::vector<BondBlock> pieces_;  // blocks of partitioned bodies
-  BondGroups groups_;
-  std::size_t most_places_ = 0;
-  std::size_t most_groups_ = 0;                    // among whole bodies
+  void makeTables(const std::vector<Particle>& bodies);
+
+  std::vector<Influence> influences_;  // of each body
+  std::vector<BondPattern> patterns_;
+  std::vector<Index> pattern_bodies_;  // the first body that has the pattern
+  std::vector<Block> whole_;      // blocks that are whole bodies, largest first
+  std::vector<Block> pieces_;     // blocks of partitioned bodies
+  std::vector<Exchange> exchanges_;  // of each body; empty for whole ones
+  std::vector<LaneBits> intact_;  // of the groups of all blocks
   std::vector<std::unique_ptr<Scratch>> scratch_;  // one per thread
   bool state_based_stage_ = true;                  // see the constructor
 };
