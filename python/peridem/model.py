@@ -72,6 +72,7 @@ class DEMModel:
         self.stop_reason: str | None = None
         self._meshes = built.meshes
         self._output_seconds = 0.0
+        self._stable_time_step: StableTimeStep | None = None
         self._initialized = False
         self._strict = strict
         self._allow_overlap = allow_overlap
@@ -298,7 +299,9 @@ class DEMModel:
         ``DEMModel::stableTimeStep``.
         """
         self.init()
-        return StableTimeStep(*self._core.stable_time_step())
+        if self._stable_time_step is None:  # it stays as it is: only the reference bonds count
+            self._stable_time_step = StableTimeStep(*self._core.stable_time_step())
+        return self._stable_time_step
 
     def contact_radius(self, p: int, q: int) -> float:
         """Contact radius Rc [m] of two bodies; an InputError when there is no such body."""
