@@ -117,7 +117,9 @@ def _words_per_line(data: bytes) -> IntArray:
         words = np.cumsum(begins)
         after.append(words[part == ord("\n")] + total)
         total, in_space = total + int(words[-1]), bool(space[-1])
-    return np.diff(np.concatenate(after), prepend=0)
+    lengths = np.concatenate(after)
+    lengths[1:] -= lengths[:-1].copy()
+    return lengths
 
 
 def _first_bad(section: _Section, dtype: type, wanted: int | None = None) -> int:
