@@ -109,7 +109,7 @@ void DEMModel::placeBody(const BodyDeck& body, Index id, const std::vector<Real>
     p.volume += state_.volume[i];
   }
   const std::span<const Vec3> points(state_.x_ref.data() + p.start, mesh.points.size());
-  p.mesh_size = meshSize(points, fuzzy);
+  p.mesh_size = meshSize(points, fuzzy, threads_);
   p.horizon = isGiven(zone.material.horizon_mesh_ratio)
                   ? zone.material.horizon_mesh_ratio * p.mesh_size
                   : zone.material.horizon;
@@ -156,8 +156,8 @@ void DEMModel::init() {
     influences_.push_back(influence);
     body.self_contact_radius = 0.95 * body.mesh_size;
     body.self_contact_kn = 18 * law_modulus / (pi * std::pow(body.horizon, 5));
-    appendBonds(bonds_, state_, body, influence, threads_);
   }
+  appendBonds(bonds_, state_, particles_, influences_, threads_);
   peridynamic_ = PeridynamicForce(state_, bonds_, particles_, influences_, deck_.dimension,
                                   deck_.compatibility);
   contact_ = ContactForce(deck_, particles_);
@@ -365,7 +365,7 @@ void DEMModel::reportRunaway(Offset step, Real time) const {
 
 StableTimeStep DEMModel::stableTimeStep() const {
   if (!initialized_) throw InputError("stable time step: call init() first");
-  return peridem::stableTimeStep(state_, bonds_, bondConstants(), particles_, contact_);
+  return peridem::stableTimeStep(state_, bonds_, influences_, particles_, contact_, threads_);
 }
 
 std::size_t DEMModel::memoryBytes() const {

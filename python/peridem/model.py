@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .background import BackgroundWriter, Job
 from .bodies import BodyPlan
 from .bonds import Bonds
 from .build import BuiltModel, build_model
@@ -72,6 +73,8 @@ class DEMModel:
         self.stop_reason: str | None = None
         self._meshes = built.meshes
         self._output_seconds = 0.0
+        self._background = BackgroundWriter()
+        self._stable_time_step: StableTimeStep | None = None
         self._initialized = False
         self._strict = strict
         self._allow_overlap = allow_overlap
@@ -283,8 +286,16 @@ class DEMModel:
 
     @property
     def timings(self) -> dict[str, float]:
-        """Wall-clock seconds spent in each stage."""
-        return {**self._core.timings(), "output": self._output_seconds}
+        """Wall-clock seconds spent in each stage.
+
+        ``output`` is the copying of states and what is written at once; vtu, csv and checkpoint
+        files are written in the background, for which the run has waited ``output_wait``.
+        """
+        return {
+            **self._core.timings(),
+            "output": self._output_seconds,
+            "output_wait": self._background.seconds_waited,
+        }
 
     @property
     def memory_bytes(self) -> int:
@@ -298,7 +309,9 @@ class DEMModel:
         ``DEMModel::stableTimeStep``.
         """
         self.init()
-        return StableTimeStep(*self._core.stable_time_step())
+        if self._stable_time_step is None:  # it stays as it is: only the reference bonds count
+            self._stable_time_step = StableTimeStep(*self._core.stable_time_step())
+        return self._stable_time_step
 
     def contact_radius(self, p: int, q: int) -> float:
         """Contact radius Rc [m] of two bodies; an InputError when there is no such body."""
@@ -441,7 +454,8 @@ class DEMModel:
         steps : int, optional
             Number of steps; to the last step of the deck when left out.
         callback : callable, optional
-            Called with the model at the start and after every `every` steps.
+            Called with the model at the start and after every `every` steps. Files of the
+            outputs so far may still be on their way: they are written in the background.
         every : int, optional
             Interval of `callback`, by default the deck's ``Output_Interval``.
         progress : callable, optional
@@ -474,6 +488,7 @@ class DEMModel:
             signals = stack.enter_context(StopSignals(active=output is not None))
             checkpoints = self._open_checkpoints(output, checkpoint_every)
             recorder = stack.enter_context(self._open_recorder(output))
+            stack.enter_context(self._background)
             self.start()
             self._observe(recorder, callback, every)
             while self.n < last and signals.noted is None and self.stop_reason is None:
@@ -481,6 +496,7 @@ class DEMModel:
                 ends += [checkpoints.every] if checkpoints and checkpoints.every else []
                 stop = min(last, *(self._next(end) for end in ends))
                 self._advance(stop - self.n, recorder)
+                self._background.check()
                 self._observe(recorder, callback, every)
                 if checkpoints is not None and checkpoints.is_due(self.n):
                     self._save(checkpoints)
@@ -512,12 +528,11 @@ class DEMModel:
             raise NumericalError(f"{error}; the last state is in {path}") from error
 
     def _observe(self, recorder: Recorder, callback: Observer | None, every: int) -> None:
-        begin = clock.perf_counter()
-        with self._last_state(recorder):
-            check_finite(self)
-        recorder.record()
-        self.stop_reason = recorder.stop_reason
-        self._output_seconds += clock.perf_counter() - begin
+        with self._timed_output():
+            with self._last_state(recorder):
+                check_finite(self)
+            recorder.record()
+            self.stop_reason = recorder.stop_reason
         if callback is not None and self.n % every == 0:
             callback(self)
 
@@ -525,7 +540,7 @@ class DEMModel:
         goes_on = self._goes_on
         self._goes_on = goes_on or output is not None
         folder = None if output is None else Path(output)
-        return Recorder(self, folder, goes_on=goes_on)
+        return Recorder(self, folder, goes_on=goes_on, background=self._background)
 
     def _open_checkpoints(
         self, output: str | os.PathLike[str] | None, every: int | None
@@ -542,9 +557,25 @@ class DEMModel:
     def _save(self, checkpoints: CheckpointWriter) -> None:
         if checkpoints.last_step == self.n:
             return
-        begin = clock.perf_counter()
-        self.last_checkpoint = checkpoints.write(self)
-        self._output_seconds += clock.perf_counter() - begin
+
+        def take() -> Job:
+            write = checkpoints.take(self)
+
+            def save() -> None:
+                self.last_checkpoint = write()
+
+            return save
+
+        with self._timed_output():
+            self._background.submit(take)
+
+    @contextlib.contextmanager
+    def _timed_output(self) -> Iterator[None]:
+        """Count the time of the ``with`` as output, but for waiting."""
+        begin, waited = clock.perf_counter(), self._background.seconds_waited
+        yield
+        waited = self._background.seconds_waited - waited
+        self._output_seconds += clock.perf_counter() - begin - waited
 
     def broken_fraction(self) -> FloatArray:
         """Fraction of each node's bonds that are broken, shape (n_nodes,).
