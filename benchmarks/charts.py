@@ -44,9 +44,7 @@ def _bars(ax: Axes, results: Results, key: str, color: str) -> None:
 def draw_bonds(run: dict[str, Any], path: Path) -> bool:
     """Nanoseconds per directed bond and core, by case."""
     results = {
-        name: r
-        for name, r in run["cases"].items()
-        if "ns_per_bond" in r and r["kind"] != "contact"
+        name: r for name, r in run["cases"].items() if "ns_per_bond" in r and r["kind"] != "contact"
     }
     if not results:
         return False
@@ -159,9 +157,7 @@ def draw_roofline(run: dict[str, Any], path: Path) -> bool:
 def draw_profile(run: dict[str, Any], path: Path) -> bool:
     """Where a step goes, in percent."""
     results = {
-        name: r
-        for name, r in run["cases"].items()
-        if primary(r) == "step" and r["kind"] == "step"
+        name: r for name, r in run["cases"].items() if primary(r) == "step" and r["kind"] == "step"
     }
     if not results:
         return False

@@ -56,12 +56,14 @@ def cases_table(results: Results) -> list[str]:
                 number(r["force_ns_per_bond"]["median"]) if "force_ns_per_bond" in r else "",
                 number(r["ns_per_node"]["median"], 1) if "ns_per_node" in r else "",
                 f"{100 * share['share']:.0f} % ({share['bound']})" if share else "",
+                f"{100 * share['share_of_flops']:.0f} %" if share else "",
                 f"{100 * r['busy']:.0f} %" if "busy" in r else "",
             )
         )
     titles = (
         "case", "threads", "nodes", "bonds", "neighbours", "time", "min .. max", "ns/bond",
-        "of it forces", "ns/node", "of the roofline", "busy",
+        "of it forces", "ns/node", "of the roofline", "of the flops",
+        "busy",
     )  # fmt: skip
     return table(titles, rows)
 
@@ -133,8 +135,12 @@ def setup_table(results: Results) -> list[str]:
         parts = [r["setup_s"].get(key, {}).get("median") for key in names]
         total = sum(part for part in parts if part is not None)
         cells = ["" if part is None else f"{part:.3f}" for part in parts]
-        rows.append((name, f"{r['nodes']:,}", *cells, f"{total:.3f}", f"{total / r['nodes'] * 1e6:.2f}"))
-    return table(("case", "nodes", *(n.replace("_", " ") for n in names), "all [s]", "us/node"), rows)
+        rows.append(
+            (name, f"{r['nodes']:,}", *cells, f"{total:.3f}", f"{total / r['nodes'] * 1e6:.2f}")
+        )
+    return table(
+        ("case", "nodes", *(n.replace("_", " ") for n in names), "all [s]", "us/node"), rows
+    )
 
 
 def ceilings_lines(run: dict[str, Any]) -> list[str]:

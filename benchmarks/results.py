@@ -45,11 +45,10 @@ def merge(case: dict[str, Any], rounds: list[dict[str, Any]]) -> dict[str, Any]:
     name = primary(result)
     if name in ("step", "contact"):
         times = result[f"{name}_us"]
-        bond_us = 1e3 * case["threads"] / result["bonds"]
-        result["ns_per_bond"] = {k: v * bond_us for k, v in times.items()}
-        result["ns_per_node"] = {
-            k: v * 1e3 * case["threads"] / result["nodes"] for k, v in times.items()
-        }
+        for what, count in (("node", result["nodes"]), ("bond", result["bonds"])):
+            if what == "node" or name == "step":
+                factor = 1e3 * case["threads"] / max(count, 1)
+                result[f"ns_per_{what}"] = {k: v * factor for k, v in times.items()}
         cpu = result[f"{name}_cpu_us"]["median"]
         result["busy"] = cpu / times["median"] / case["threads"]
     if "force_us" in result:

@@ -58,8 +58,9 @@ def roofline(result: dict[str, Any], ceilings: dict[str, Any], caches: dict[str,
     -------
     dict
         ``flops_per_bond``, ``bytes_per_bond``, ``least_ns_per_bond`` of one core, the ceiling
-        that sets it (``bound``), ``share`` of it that the measured step reaches, and ``gflop_s``,
-        ``gb_s`` reached by a core.
+        that sets it (``bound``), ``share`` of it that the measured step reaches, ``share_of_flops``
+        alone, which does not depend on how the core keeps its tables, and ``gflop_s``, ``gb_s``
+        reached by a core.
     """
     if not ceilings or result["kind"] != "force" or result["threads"] > 1:
         return None
@@ -70,9 +71,7 @@ def roofline(result: dict[str, Any], ceilings: dict[str, Any], caches: dict[str,
     passes = 2 if options["count"] == 1 and law == "PDState" else 1
     total = passes * tables + BYTES_PER_NODE * nodes
     held = tables + BYTES_PER_NODE * nodes
-    level = next(
-        (name for name in ("L2", "L3") if held <= 0.5 * caches.get(name, 0)), "memory"
-    )
+    level = next((name for name in ("L2", "L3") if held <= 0.5 * caches.get(name, 0)), "memory")
     peak = ceilings["fma_gflop_s"].get(result["instruction_set"])
     if peak is None:
         return None
@@ -86,6 +85,7 @@ def roofline(result: dict[str, Any], ceilings: dict[str, Any], caches: dict[str,
         "least_ns_per_bond": least,
         "bound": "flops" if by_flops >= by_bytes else level,
         "share": least / measured,
+        "share_of_flops": by_flops / measured,
         "gflop_s": flops / measured,
         "gb_s": total / bonds / measured,
     }

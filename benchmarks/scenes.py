@@ -161,14 +161,15 @@ def compression(*, columns: int, rows: int, count: int) -> Scene:
         zones.append(Zone(mesh, keys, meshes.horizon_for(mesh, 12.6), COMPRESSION))
     h = max(zone.mesh.h for zone in zones)
     rng = np.random.default_rng(3)
-    step = 2.02 * radius
+    largest = 1.01
+    step = 2 * largest * radius + h  # just out of contact; the run-in brings them together
     width, height = columns * step + 0.5 * h, rows * step + 0.5 * h
     bodies = np.zeros((count, 6))
     k = np.arange(count)
     bodies[:, 0] = rng.integers(0, len(zones), count)
     bodies[:, 1] = (k % columns + 0.5) * step - width / 2
     bodies[:, 2] = (k // columns + 0.5) * step - height / 2
-    bodies[:, 4] = rng.uniform(0.97, 1.01, count)
+    bodies[:, 4] = rng.uniform(0.97, largest, count)
     bodies[:, 5] = rng.uniform(0, 2 * np.pi, count)
     velocities = np.zeros((count + 2, 3))
     velocities[:count, :2] = rng.uniform(-0.06, 0.06, (count, 2))
@@ -237,7 +238,7 @@ def core_model(scene: Scene, threads: int) -> Any:
         lid.directions = 2  # bit 1: along y
         linear = _core.TimeFunctionType.linear
         lid.time_function = _core.TimeFunction(linear, [scene.wall_speed])
-        lid.amplitude = [1.0] * len(lid.nodes)
+        lid.amplitude = [scene.wall_speed] * len(lid.nodes)
         model.add_displacement_set(lid)
     return model
 
@@ -314,7 +315,8 @@ def break_bonds(model: Any, fraction: float, seed: int = 5) -> int:
     n = np.uint64(len(offsets) - 1)
     i = np.repeat(np.arange(n, dtype=np.uint64), np.diff(offsets))
     # A number for each pair that does not depend on the direction: a hash (splitmix64) of it.
-    key = np.minimum(i, j) * n + np.maximum(i, j) + np.uint64(seed) * np.uint64(0x9E3779B97F4A7C15)
+    start = np.uint64(seed * 0x9E3779B97F4A7C15 % 2**64)
+    key = np.minimum(i, j) * n + np.maximum(i, j) + start
     key = (key ^ (key >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     key = (key ^ (key >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     draw = (key ^ (key >> np.uint64(31))).astype(np.float64) / 2.0**64

@@ -8,6 +8,7 @@ reach into the next.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import resource
 import sys
@@ -23,13 +24,35 @@ import scenes
 from peridem import DEMModel, InputError
 
 FOREVER = 1e6  # [s]
+FEWEST_STEPS = 8
+"""In a repeat: a damage field follows them, whose time is taken off."""
+
 CONTACT_SWING = 1.0
 """Grains of a contact case swing by so many node distances, and back."""
 
 
+def _status_bytes(key: str) -> int | None:
+    """A line of /proc/self/status; None where there is none."""
+    try:
+        text = Path("/proc/self/status").read_text()
+    except OSError:
+        return None
+    return next((int(s.split()[1]) * 1024 for s in text.splitlines() if s.startswith(key)), None)
+
+
 def peak_bytes() -> int:
-    """Most memory that this process has held."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    """Most memory that this process has held since `memory_before`."""
+    # Not ru_maxrss first: a process takes over that of the one that started it.
+    known = _status_bytes("VmHWM:")
+    unit = 1 if sys.platform == "darwin" else 1024
+    return known or resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+
+
+def memory_before() -> int:
+    """Memory that the process holds now; the peak is counted from here where it can be."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")  # sets the peak back to what is held now
+    return _status_bytes("VmRSS:") or peak_bytes()
 
 
 @dataclass
@@ -72,7 +95,7 @@ def step_samples(model: Any, seconds: float, repeats: int) -> tuple[Samples, int
     model.advance(2, FOREVER)  # warm
     damage = min(seconds_of(model.compute_damage) for _ in range(3))
     one = max(seconds_of(lambda: model.advance(3, FOREVER)) - damage, 1e-7) / 3
-    steps = max(3, int(seconds / one))
+    steps = max(FEWEST_STEPS, int(seconds / one))
     samples = Samples()
     for _ in range(repeats):
         before, cpu, begin = stage_seconds(model), time.process_time(), time.perf_counter()
@@ -168,7 +191,7 @@ def measure_setup(scene: scenes.Scene, threads: int) -> dict[str, Any]:
     """Time the way from a deck's files to the first forces."""
     with tempfile.TemporaryDirectory() as folder:
         path = scenes.write_deck(scene, Path(folder))
-        peak, laps = peak_bytes(), Laps()
+        peak, laps = memory_before(), Laps()
         model = DEMModel.from_deck(path, threads=threads, allow_overlap=True)
         laps.lap("read_and_place")
         model._core.init()
@@ -182,9 +205,10 @@ def measure_setup(scene: scenes.Scene, threads: int) -> dict[str, Any]:
     return {**result, "setup_s": laps.seconds, "samples": {"setup_total_us": [total * 1e6]}}
 
 
-def build(case: dict[str, Any], laps: Laps) -> tuple[scenes.Scene | None, Any]:
-    """The core model of a case, its forces computed."""
+def build(case: dict[str, Any]) -> tuple[scenes.Scene | None, Any, dict[str, Any]]:
+    """The core model of a case, its forces computed, with the time and memory that it took."""
     if case["deck"]:
+        before, laps = memory_before(), Laps()
         model = DEMModel.from_deck(case["deck"], threads=case["threads"], allow_overlap=True)
         laps.lap("read_and_place")
         model.init()
@@ -193,31 +217,27 @@ def build(case: dict[str, Any], laps: Laps) -> tuple[scenes.Scene | None, Any]:
         laps.lap("first_forces")
         if case["skip"]:
             model.step(case["skip"])
-        return None, model._core
+        return None, model._core, {**facts(model._core, before), "setup_s": laps.seconds}
     scene = getattr(scenes, case["scene"])(**case["options"])
-    laps.lap("mesh")  # the benchmark's own, not the program's
+    before, laps = memory_before(), Laps()
     core = scenes.core_model(scene, case["threads"])
     laps.lap("read_and_place")
     core.init()
     laps.lap("bonds_and_contact")
     scenes.set_in_motion(scene, core)
     scenes.break_bonds(core, scene.broken)
-    laps.lap("motion")  # likewise
+    laps.lap("motion")  # the benchmark's own
     core.start()
     laps.lap("first_forces")
-    return scene, core
+    del laps.seconds["motion"]
+    return scene, core, {**facts(core, before), "setup_s": laps.seconds}
 
 
 def measure(case: dict[str, Any], seconds: float, repeats: int) -> dict[str, Any]:
     """Measure a case; see the module."""
     if case["kind"] == "setup":
-        return measure_setup(
-            getattr(scenes, case["scene"])(**case["options"]), case["threads"]
-        )
-    peak, laps = peak_bytes(), Laps()
-    scene, model = build(case, laps)
-    setup = {k: v for k, v in laps.seconds.items() if k not in ("mesh", "motion")}
-    result = {**facts(model, peak), "setup_s": setup}
+        return measure_setup(getattr(scenes, case["scene"])(**case["options"]), case["threads"])
+    scene, model, result = build(case)
     if case["kind"] == "contact":
         assert scene is not None
         samples, steps, rate = contact_samples(scene, model, case["rate"], seconds, repeats)
