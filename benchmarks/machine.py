@@ -115,8 +115,8 @@ def ceilings(seconds: float) -> dict[str, Any]:
     -------
     dict
         ``fma_gflop_s`` of one core by instruction set; ``l2_gb_s``, ``l3_gb_s``, ``memory_gb_s`` of
-        one core, ``memory_all_gb_s`` of all, each with ``read`` and ``triad`` [1e9 bytes a second]. Empty
-        without a C++ compiler.
+        one core, ``memory_all_gb_s`` of all cores, each with ``read`` and ``triad`` [1e9 bytes a
+        second]. Empty without a C++ compiler.
     """
     with tempfile.TemporaryDirectory() as folder:
         built = _compile(Path(folder))

@@ -1,4 +1,4 @@
-"""Reference meshes, made with numpy so that a million nodes take seconds: lattices with disorder."""
+"""Reference meshes: lattices with disorder, by numpy, so that a million nodes take seconds."""
 
 from __future__ import annotations
 

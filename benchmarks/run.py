@@ -50,6 +50,7 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--repeats", type=int, help="repeats in a process (3)")
     parser.add_argument("--seconds", type=float, help="length of a repeat [s] (0.2)")
     parser.add_argument("--minutes", type=float, default=25.0, help="no new round after (25)")
+    parser.add_argument("--timeout", type=float, default=180.0, help="seconds for one process")
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write page and charts")
     parser.add_argument("--output", type=Path, help="result file (json)")
     parser.add_argument("--compare", type=Path, help="earlier result file")
@@ -98,13 +99,24 @@ def too_large(case: Case) -> str | None:
     return f"needs about {needed / 1e9:.0f} GB, the machine has {memory / 1e9:.0f}"
 
 
-def run_case(case: Case, seconds: float, repeats: int) -> dict[str, Any]:
+def run_case(case: Case, args: argparse.Namespace) -> dict[str, Any]:
     """Measure a case once, in a process of its own."""
     environment = dict(os.environ)
     if case.simd:
         environment["PERIDEM_SIMD"] = case.simd
-    command = [sys.executable, str(WORKER), json.dumps(case.as_dict()), str(seconds), str(repeats)]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    numbers = [str(args.seconds), str(args.repeats)]
+    command = [sys.executable, str(WORKER), json.dumps(case.as_dict()), *numbers]
+    try:
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            env=environment,
+            check=False,
+            timeout=args.timeout,
+        )
+    except subprocess.TimeoutExpired:
+        return {"skipped": f"took longer than {args.timeout:g} s; see --timeout"}
     if done.returncode != 0:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
         return {"skipped": f"failed with exit code {done.returncode}: {last}"}
@@ -125,8 +137,9 @@ def measure_all(args: argparse.Namespace, console: Console) -> tuple[dict[str, A
         for k, case in enumerate(due, 1):
             reason = too_large(case)
             begin = time.monotonic()
-            one = {"skipped": reason} if reason else run_case(case, args.seconds, args.repeats)
+            one = {"skipped": reason} if reason else run_case(case, args)
             if "skipped" in one:
+                # Not again; what an earlier round gave stays.
                 skipped[case.name] = one["skipped"]
                 text = f"skipped: {one['skipped']}"
             else:
