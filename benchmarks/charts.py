@@ -106,6 +106,7 @@ def draw_threads(run: dict[str, Any], path: Path) -> bool:
         one = primary_us(by[1])["median"]
         speed = [one / primary_us(by[t])["median"] for t in counts]
         ax.plot(counts, speed, "o-", color=COLORS[k % len(COLORS)], label=name, ms=4)
+    ax.set_ylim(bottom=0)
     ax.set_xticks(sorted({t for by in families.values() for t in by}))
     ax.set_xlabel("threads")
     ax.set_ylabel("speed-up")

@@ -49,7 +49,7 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--rounds", type=int, help="processes a case (3)")
     parser.add_argument("--repeats", type=int, help="repeats in a process (3)")
     parser.add_argument("--seconds", type=float, help="length of a repeat [s] (0.2)")
-    parser.add_argument("--minutes", type=float, default=25.0, help="no new round after (25)")
+    parser.add_argument("--minutes", type=float, default=25.0, help="no second round after (25)")
     parser.add_argument("--timeout", type=float, default=180.0, help="seconds for one process")
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write page and charts")
     parser.add_argument("--output", type=Path, help="result file (json)")
@@ -130,13 +130,13 @@ def measure_all(args: argparse.Namespace, console: Console) -> tuple[dict[str, A
     skipped: dict[str, str] = {}
     began = time.monotonic()
     for number in range(args.rounds):
-        if number and time.monotonic() - began > 60 * args.minutes:
-            console.print(f"{args.minutes:g} minutes are over after {number} rounds")
-            break
         due = [c for c in args.chosen if number < c.rounds and c.name not in skipped]
         for k, case in enumerate(due, 1):
-            reason = too_large(case)
             begin = time.monotonic()
+            if number and begin - began > 60 * args.minutes:
+                console.print(f"{args.minutes:g} minutes are over in round {number + 1}")
+                break
+            reason = too_large(case)
             one = {"skipped": reason} if reason else run_case(case, args)
             if "skipped" in one:
                 # Not again; what an earlier round gave stays.
@@ -152,6 +152,9 @@ def measure_all(args: argparse.Namespace, console: Console) -> tuple[dict[str, A
                 markup=False,
                 highlight=False,
             )
+        else:
+            continue
+        break
     done = [case for case in args.chosen if rounds[case.name]]
     return {case.name: merge(case.as_dict(), rounds[case.name]) for case in done}, skipped
 

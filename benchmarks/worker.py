@@ -171,8 +171,8 @@ def contact_samples(
     return samples, steps, (model.contact_rebuilds() - before_all) / (repeats * steps)
 
 
-def facts(model: Any, peak_before: int) -> dict[str, Any]:
-    """Size, memory and instruction set of a model."""
+def facts(model: Any, before: int, peak: int) -> dict[str, Any]:
+    """Size, memory and instruction set of a model; `before` and `peak` are those of its building."""
     bonds = len(model.bonds.indices)
     return {
         "nodes": len(model.state),
@@ -181,8 +181,8 @@ def facts(model: Any, peak_before: int) -> dict[str, Any]:
         "neighbours": bonds / len(model.state),
         "broken": 1 - float(np.mean(model.bonds.intact)) if bonds else 0.0,
         "memory_bytes": model.memory_bytes,
-        "peak_bytes": peak_bytes(),
-        "peak_bytes_of_model": peak_bytes() - peak_before,
+        "peak_bytes": peak,
+        "peak_bytes_of_model": peak - before,
         "instruction_set": model.instruction_set,
     }
 
@@ -191,7 +191,7 @@ def measure_setup(scene: scenes.Scene, threads: int) -> dict[str, Any]:
     """Time the way from a deck's files to the first forces."""
     with tempfile.TemporaryDirectory() as folder:
         path = scenes.write_deck(scene, Path(folder))
-        peak, laps = memory_before(), Laps()
+        before, laps = memory_before(), Laps()
         model = DEMModel.from_deck(path, threads=threads, allow_overlap=True)
         laps.lap("read_and_place")
         model._core.init()
@@ -200,7 +200,7 @@ def measure_setup(scene: scenes.Scene, threads: int) -> dict[str, Any]:
         laps.lap("checks")
         model.start()
         laps.lap("first_forces")
-    result = facts(model._core, peak)
+    result = facts(model._core, before, peak_bytes())
     total = sum(laps.seconds.values())
     return {**result, "setup_s": laps.seconds, "samples": {"setup_total_us": [total * 1e6]}}
 
@@ -215,22 +215,24 @@ def build(case: dict[str, Any]) -> tuple[scenes.Scene | None, Any, dict[str, Any
         laps.lap("bonds_and_contact")
         model.start()
         laps.lap("first_forces")
+        peak = peak_bytes()
         if case["skip"]:
             model.step(case["skip"])
-        return None, model._core, {**facts(model._core, before), "setup_s": laps.seconds}
+        return None, model._core, {**facts(model._core, before, peak), "setup_s": laps.seconds}
     scene = getattr(scenes, case["scene"])(**case["options"])
     before, laps = memory_before(), Laps()
     core = scenes.core_model(scene, case["threads"])
     laps.lap("read_and_place")
     core.init()
     laps.lap("bonds_and_contact")
+    peak = peak_bytes()  # before the benchmark's own arrays
     scenes.set_in_motion(scene, core)
     scenes.break_bonds(core, scene.broken)
     laps.lap("motion")  # the benchmark's own
     core.start()
     laps.lap("first_forces")
     del laps.seconds["motion"]
-    return scene, core, {**facts(core, before), "setup_s": laps.seconds}
+    return scene, core, {**facts(core, before, peak), "setup_s": laps.seconds}
 
 
 def measure(case: dict[str, Any], seconds: float, repeats: int) -> dict[str, Any]:
