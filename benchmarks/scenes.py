@@ -352,14 +352,6 @@ def _deck(scene: Scene, grains: int) -> dict[str, Any]:
         "All_Dofs_Constrained": True,
         "Create_Particle_Using_ParticleZone_GeomObject": True,
     }
-    contact = {
-        "Contact_Radius_Factor": CONTACT_RADIUS_FACTOR,
-        "Damping_On": scene.damping,
-        "Friction_On": scene.damping,
-        "Kn": _contact_stiffness(scene),
-        "Epsilon": 0.95,
-        "Friction_Coeff": 0.2,
-    }
     deck: dict[str, Any] = {
         "Model": {
             "Dimension": scene.dimension,
@@ -373,12 +365,7 @@ def _deck(scene: Scene, grains: int) -> dict[str, Any]:
         },
         "Particle_Generation": {"From_File": "places.csv", "File_Data_Type": "loc_rad_orient"},
         "Mesh": {name: {"File": f"zone_{k}.msh"} for k, name in enumerate(names, 1)},
-        "Contact": {
-            f"Zone_{i}{j}": dict(contact, **({"Kn": 0.0} if {a, b} <= walls else {}))
-            for i, a in enumerate(names, 1)
-            for j, b in enumerate(names, 1)
-            if i <= j
-        },
+        "Contact": _contact_keys(scene, names, walls),
         "Material": {f"Zone_{k}": _material_keys(scene, zone) for k, zone in zones},
         "Force_BC": {"Gravity": [0.0, scene.gravity, 0.0]},
         "Output": {"Path": "out", "Tags": ["Displacement"], "Output_Interval": scene.steps},
@@ -394,6 +381,23 @@ def _deck(scene: Scene, grains: int) -> dict[str, Any]:
             },
         }
     return deck
+
+
+def _contact_keys(scene: Scene, names: list[str], walls: set[str]) -> dict[str, Any]:
+    keys = {
+        "Contact_Radius_Factor": CONTACT_RADIUS_FACTOR,
+        "Damping_On": scene.damping,
+        "Friction_On": scene.damping,
+        "Kn": _contact_stiffness(scene),
+        "Epsilon": 0.95,
+        "Friction_Coeff": 0.2,
+    }
+    return {
+        f"Zone_{i}{j}": dict(keys, **({"Kn": 0.0} if {a, b} <= walls else {}))
+        for i, a in enumerate(names, 1)
+        for j, b in enumerate(names, 1)
+        if i <= j
+    }
 
 
 def _material_keys(scene: Scene, zone: Zone) -> dict[str, Any]:

@@ -172,7 +172,7 @@ def contact_samples(
 
 
 def facts(model: Any, before: int, peak: int) -> dict[str, Any]:
-    """Size, memory and instruction set of a model; `before` and `peak` are those of its building."""
+    """Size, memory (`before` and at the `peak` of its building) and instructions of a model."""
     bonds = len(model.bonds.indices)
     return {
         "nodes": len(model.state),
