@@ -2,6 +2,7 @@
 
 #include "bindings.h"
 #include "peridem/errors.h"
+#include "peridem/memory.h"
 
 namespace peridem::bindings {
 
@@ -89,6 +90,19 @@ py::dict timings(const DEMModel& model) {
   return result;
 }
 
+py::dict memoryCosts() {
+  const MemoryCosts costs;
+  py::dict result;
+  result["node"] = costs.node;
+  result["bond"] = costs.bond;
+  result["place"] = costs.place;
+  result["group"] = costs.group;
+  result["tile"] = costs.tile;
+  result["whole"] = costs.whole;
+  result["piece"] = costs.piece;
+  return result;
+}
+
 py::dict contactLaw(const DEMModel& model, Index body_i, Index body_j) {
   const auto& bodies = model.particles();
   const ContactLaw& law = model.contact().law(bodies.at(static_cast<std::size_t>(body_i)),
@@ -161,6 +175,7 @@ void restore(DEMModel& model, Offset n, Real time, const py::array_t<Index>& nod
 void bindModel(py::module_& m) {
   bindState(m);
   bindParticle(m);
+  m.def("memory_costs", &memoryCosts);
   using Release = py::call_guard<py::gil_scoped_release>;
   py::class_<DEMModel>(m, "DEMModel")
       .def(py::init<ModelDeck, int>(), py::arg("deck"), py::arg("threads"), Release())

@@ -8,6 +8,7 @@
 
 #include "errors.h"
 #include "integrator.h"
+#include "memory.h"
 #include "mesh.h"
 
 namespace peridem {
@@ -369,10 +370,8 @@ StableTimeStep DEMModel::stableTimeStep() const {
 }
 
 std::size_t DEMModel::memoryBytes() const {
-  const std::size_t per_node =
-      5 * sizeof(Vec3) + 5 * sizeof(Real) + 2 * sizeof(Index) + 3 + sizeof(Offset) + sizeof(Vec3);
-  const std::size_t per_bond = sizeof(Index) + 1;
-  return state_.size() * per_node + bonds_.size() * per_bond + peridynamic_.bytes();
+  const MemoryCosts costs;
+  return state_.size() * costs.node + bonds_.size() * costs.bond + peridynamic_.bytes();
 }
 
 }  // namespace peridem
