@@ -215,50 +215,51 @@ void DEMModel::advance() {
     integrateCD();
 }
 
-// v += k f / rho, u += dt v, x += dt v, t += dt, then the prescribed motion.
-void DEMModel::kickDriftAndPrescribe(Real k, Real dt) {
-  Kick kicked;
-  {
-    const Stopwatch watch(timings_.integration);
-    kicked = kickAndDrift(state_, locked_, k, dt, speed_limit_, deck_.dimension, threads_);
-  }
+// v += k f / rho, u += dt v, x += dt v, t += dt, the prescribed motion, then the forces. The bodies
+// move one by one, in the loop over the forces inside of them.
+void DEMModel::moveAndComputeForces(Real k, Real dt) {
   ++n_;
   time_ += dt;
-  if (!kicked.within_limit) reportRunaway(n_, time_);
   const Real prescribed = computeExternalDisplacementBC();
-  if (!(prescribed < speed_limit_ * dt)) reportRunaway(n_, time_);
+  Kick kicked;
+  {
+    const Stopwatch watch(timings_.peridynamic);
+    kicked = peridynamic_.moveAndCompute({k, dt, speed_limit_, &locked_}, state_, bonds_,
+                                         particles_, deck_.gravity, threads_);
+  }
+  if (!kicked.within_limit || !(prescribed < speed_limit_ * dt)) reportRunaway(n_, time_);
   contact_.noteTravel(std::sqrt(3.0) * (dt * kicked.fastest + prescribed));
+  computeContactForces(dt);
+  addForceSets();
 }
 
 void DEMModel::integrateCD() {
-  const Real dt = timeStep();
-  kickDriftAndPrescribe(dt, dt);
-  computeForces(dt);
+  moveAndComputeForces(timeStep(), timeStep());
 }
 
 void DEMModel::integrateVerlet() {
   const Real dt = timeStep();
-  kickDriftAndPrescribe(dt / 2, dt);
-  computeForces(dt);
+  moveAndComputeForces(dt / 2, dt);
   const Stopwatch watch(timings_.integration);
   if (!kick(state_, locked_, dt / 2, speed_limit_, deck_.dimension, threads_).within_limit)
     reportRunaway(n_, time_);
 }
 
-void DEMModel::computeForces(Real slip_time) {
+void DEMModel::computeForces() {
   init();
-  computePeridynamicForces();
-  computeContactForces(slip_time);
-  computeExternalForces();
+  {
+    const Stopwatch watch(timings_.peridynamic);
+    peridynamic_.compute(state_, bonds_, particles_, deck_.gravity, threads_);
+  }
+  computeContactForces();
+  addForceSets();
 }
 
-// Sets f of moving bodies; bodies that never move have no internal forces.
 void DEMModel::computePeridynamicForces() {
+  init();
   const Stopwatch watch(timings_.peridynamic);
-  for (const Particle& body : particles_)
-    if (body.constrained)
-      std::fill(state_.f.begin() + body.start, state_.f.begin() + body.stop, Vec3::Zero());
-  peridynamic_.compute(state_, bonds_, particles_, threads_);
+  peridynamic_.compute(state_, bonds_, particles_, Vec3::Zero(), threads_);
+  peridynamic_.computeDamage(state_, threads_);
 }
 
 void DEMModel::computeContactForces(Real slip_time) {
@@ -280,7 +281,7 @@ std::vector<Vec3> DEMModel::contactForces() {
 
 void DEMModel::computeDamage() {
   const Stopwatch watch(timings_.peridynamic);
-  peridynamic_.computeDamage(state_, particles_, threads_);
+  peridynamic_.computeDamage(state_, threads_);
 }
 
 void DEMModel::setIntact(std::span<const std::uint8_t> intact) {
@@ -324,6 +325,11 @@ void DEMModel::restore(Offset n, Real time, const std::vector<SlipRecord>& slips
 void DEMModel::computeExternalForces() {
   const Stopwatch watch(timings_.external);
   addExternalForces(state_, deck_.gravity, force_sets_, time_, threads_);
+}
+
+void DEMModel::addForceSets() {
+  const Stopwatch watch(timings_.external);
+  addExternalForces(state_, Vec3::Zero(), force_sets_, time_, threads_);
 }
 
 Real DEMModel::computeExternalDisplacementBC() {

@@ -1,6 +1,7 @@
 #include "peridynamic.h"
 
 #include <omp.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,29 +15,27 @@ namespace {
 
 // Work below which waking threads costs more than it saves.
 constexpr std::size_t groups_worth_threads = 5000;
+constexpr Index nodes_of_range = 4096;
 
 // The law of a body in its frame, where lengths are in units of the horizon: of its constants only
 // beta has a dimension that shows there; the others show in the unit of force.
-class LawInFrame {
- public:
-  explicit LawInFrame(const Particle& body) {
-    view_.lps = std::get_if<Lps>(&body.law);
-    view_.pmb = std::get_if<Pmb>(&body.law);
-    if (const auto* rnp = std::get_if<Rnp>(&body.law)) {
-      rnp_ = *rnp;
-      rnp_.beta *= body.horizon;
-      rnp_.sc_times_sqrt_r /= std::sqrt(body.horizon);
-      view_.rnp = &rnp_;
-    }
+Law inFrame(Law law, Real horizon) {
+  if (auto* rnp = std::get_if<Rnp>(&law)) {
+    rnp->beta *= horizon;
+    rnp->sc_times_sqrt_r /= std::sqrt(horizon);
   }
-  LawInFrame(const LawInFrame&) = delete;
-  LawInFrame& operator=(const LawInFrame&) = delete;
-  LawView& view() { return view_; }
+  return law;
+}
 
- private:
-  Rnp rnp_{};
-  LawView view_;
-};
+// Tables of bonds that no two bodies share are kept while all of them fit into this part of the
+// last-level cache: from memory they are not faster than computing the numbers again.
+std::size_t tableBudget() {
+  long cache = 0;
+#ifdef _SC_LEVEL3_CACHE_SIZE
+  cache = sysconf(_SC_LEVEL3_CACHE_SIZE);
+#endif
+  return cache > 0 ? static_cast<std::size_t>(cache) / 2 : std::size_t{8} << 20;
+}
 
 void clearFlag(void* table, Index i, Index j, bool both) {
   auto& bonds = *static_cast<BondTable*>(table);
@@ -109,7 +108,16 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
     }
   intact_.resize(n_groups);
   importFlags(bonds, bodies);
+  for (const Particle& body : bodies) laws_.push_back(inFrame(body.law, body.horizon));
   makeTables(bodies);
+  for (auto* blocks : {&whole_, &pieces_})
+    for (Block& block : *blocks)
+      block.view = makeView(block, bodies[static_cast<std::size_t>(block.body)]);
+  for (const Particle& body : bodies)
+    if (body.constrained || body.nodes() > sizes.whole)
+      for (Index begin = body.start; begin < body.stop; begin += nodes_of_range)
+        other_nodes_.push_back(
+            {begin, std::min(begin + nodes_of_range, body.stop), !body.constrained});
 }
 
 void PeridynamicForce::addBody(const State& state, const BondTable& bonds,
@@ -120,7 +128,7 @@ void PeridynamicForce::addBody(const State& state, const BondTable& bonds,
     const Particle& other = bodies[static_cast<std::size_t>(pattern_bodies_[k])];
     if (patterns_[k].n_own == static_cast<std::size_t>(body.nodes()) &&
         sameInFrame(state, bonds, other, body, dimension_)) {
-      whole_.push_back({body.id, k, 0});
+      whole_.push_back({body.id, k, 0, {}});
       return;
     }
   }
@@ -128,7 +136,7 @@ void PeridynamicForce::addBody(const State& state, const BondTable& bonds,
   const Index parts = whole ? 1 : (body.nodes() + sizes.piece - 1) / sizes.piece;
   for (BondPattern& pattern : makeBondPatterns(state, bonds, body, dimension_,
                                                partitionBody(state, bonds, body, parts), parts)) {
-    (whole ? whole_ : pieces_).push_back({body.id, patterns_.size(), 0});
+    (whole ? whole_ : pieces_).push_back({body.id, patterns_.size(), 0, {}});
     n_places = pattern.first_place + pattern.n_padded;
     patterns_.push_back(std::move(pattern));
     pattern_bodies_.push_back(body.id);
@@ -139,21 +147,40 @@ void PeridynamicForce::addBody(const State& state, const BondTable& bonds,
   exchange.theta = AlignedArray(n_places);
 }
 
-// Patterns that bodies share get a table, and those whose weights take long to compute.
+// Patterns that bodies share get a table, those whose weights take long to compute, and all of
+// them when they are few.
 void PeridynamicForce::makeTables(const std::vector<Particle>& bodies) {
-  for (const auto* blocks : {&whole_, &pieces_})
-    for (const Block& block : *blocks) {
-      const Particle& body = bodies[static_cast<std::size_t>(block.body)];
+  std::vector<char> shared(patterns_.size(), 0);
+  std::size_t unshared_bytes = 0;
+  for (const Block& block : whole_)
+    if (block.body != pattern_bodies_[block.pattern]) shared[block.pattern] = 1;
+  for (std::size_t k = 0; k < patterns_.size(); ++k)
+    if (!shared[k]) unshared_bytes += patterns_[k].groups.size() * group_numbers * sizeof(double);
+  const bool few = unshared_bytes <= tableBudget();
+  for (auto* blocks : {&whole_, &pieces_})
+    for (Block& block : *blocks) {
+      const auto body = static_cast<std::size_t>(block.body);
       BondPattern& pattern = patterns_[block.pattern];
-      const bool shared = block.body != pattern_bodies_[block.pattern];
-      const bool gaussian = influences_[static_cast<std::size_t>(body.id)].numbers().beta > 0;
-      if (pattern.numbers.size() > 0 || !(shared || gaussian || getenv("PTAB"))) continue;
-      pattern.numbers = AlignedArray(pattern.groups.size() * group_numbers);
-      run_(Stage::table, dimension_, LawInFrame(body).view(), viewOf(block, body), {}, {}, {});
+      const bool gaussian = influences_[body].numbers().beta > 0;
+      if (block.body == pattern_bodies_[block.pattern] &&
+          (shared[block.pattern] || gaussian || few)) {
+        pattern.numbers = AlignedArray(pattern.groups.size() * group_numbers);
+        run_(Stage::table, dimension_, lawOf(block.body), makeView(block, bodies[body]), {}, {}, {});
+      }
     }
 }
 
-BlockView PeridynamicForce::viewOf(const Block& block, const Particle& body) {
+LawView PeridynamicForce::lawOf(Index body) const {
+  const Law& law = laws_[static_cast<std::size_t>(body)];
+  LawView view;
+  view.lps = std::get_if<Lps>(&law);
+  view.pmb = std::get_if<Pmb>(&law);
+  view.rnp = std::get_if<Rnp>(&law);
+  view.state_based_stage = state_based_stage_;
+  return view;
+}
+
+BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
   BondPattern& pattern = patterns_[block.pattern];
   Exchange& exchange = exchanges_[static_cast<std::size_t>(body.id)];
   const Real volume_unit = std::pow(body.horizon, dimension_);
@@ -179,6 +206,7 @@ BlockView PeridynamicForce::viewOf(const Block& block, const Particle& body) {
       pattern.b.data(),
       static_cast<std::size_t>(body.start),
       static_cast<std::size_t>(body.center_node),
+      {},
       {},
       {},
       body.self_contact_radius / body.horizon,
@@ -214,41 +242,74 @@ void PeridynamicForce::prepareScratch(int threads) {
 }
 
 void PeridynamicForce::runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
-                                const std::vector<Particle>& bodies, Scratch& scratch) {
-  const Particle& body = bodies[static_cast<std::size_t>(block.body)];
-  LawInFrame law(body);
-  law.view().state_based_stage = state_based_stage_;
+                                const Vec3& body_force, Scratch& scratch) {
   const NodeArrays nodes{state.u.front().data(), state.f.front().data(), state.theta.data(),
                          state.damage_z.data()};
-  run_(stage, dimension_, law.view(), viewOf(block, body), nodes, scratch.view(),
-       {clearFlag, bonds});
+  BlockView view = block.view;
+  for (int d = 0; d < 3; ++d) view.body_force[d] = body_force[d];
+  run_(stage, dimension_, lawOf(block.body), view, nodes, scratch.view(), {clearFlag, bonds});
 }
 
 void PeridynamicForce::compute(State& state, BondTable& bonds, const std::vector<Particle>& bodies,
-                               int threads) {
+                               const Vec3& gravity, int threads) {
+  run(nullptr, state, bonds, bodies, gravity, threads);
+}
+
+Kick PeridynamicForce::moveAndCompute(const KickAndDrift& motion, State& state, BondTable& bonds,
+                                      const std::vector<Particle>& bodies, const Vec3& gravity,
+                                      int threads) {
+  return run(&motion, state, bonds, bodies, gravity, threads);
+}
+
+Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& bonds,
+                           const std::vector<Particle>& bodies, const Vec3& gravity, int threads) {
   prepareScratch(threads);
+  const auto n_ranges = static_cast<std::ptrdiff_t>(other_nodes_.size());
   const auto n_whole = static_cast<std::ptrdiff_t>(whole_.size());
   const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
-  const auto run = [&](Stage stage, std::vector<Block>& blocks, std::ptrdiff_t k,
-                       Scratch& scratch) {
-    runStage(stage, blocks[static_cast<std::size_t>(k)], state, &bonds, bodies, scratch);
-  };
+  Kick kicked;
 #pragma omp parallel num_threads(threads) if (intact_.size() > groups_worth_threads)
   {
     Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
+    Kick own;
+    const auto move = [&](Index begin, Index end) {
+      if (motion != nullptr) own.merge(motion->move(state, begin, end, dimension_));
+    };
+    const auto runBlock = [&](Stage stage, const Block& block) {
+      const Particle& body = bodies[static_cast<std::size_t>(block.body)];
+      if (stage == Stage::whole) move(body.start, body.stop);
+      runStage(stage, block, state, &bonds, body.density * gravity, scratch);
+    };
+#pragma omp for schedule(static)
+    for (std::ptrdiff_t k = 0; k < n_ranges; ++k) {
+      const NodeRange& range = other_nodes_[static_cast<std::size_t>(k)];
+      if (range.moves) {
+        move(range.begin, range.end);
+      } else {
+        for (auto i = static_cast<std::size_t>(range.begin);
+             i < static_cast<std::size_t>(range.end); ++i)
+          state.f[i] = state.density[i] * gravity;
+      }
+    }
 #pragma omp for schedule(static) nowait
-    for (std::ptrdiff_t k = 0; k < n_pieces; ++k) run(Stage::place, pieces_, k, scratch);
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
+      runBlock(Stage::place, pieces_[static_cast<std::size_t>(k)]);
 #pragma omp for schedule(dynamic, 1)
-    for (std::ptrdiff_t k = 0; k < n_whole; ++k) run(Stage::whole, whole_, k, scratch);
+    for (std::ptrdiff_t k = 0; k < n_whole; ++k)
+      runBlock(Stage::whole, whole_[static_cast<std::size_t>(k)]);
 #pragma omp for schedule(dynamic, 1)
-    for (std::ptrdiff_t k = 0; k < n_pieces; ++k) run(Stage::dilatation, pieces_, k, scratch);
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
+      runBlock(Stage::dilatation, pieces_[static_cast<std::size_t>(k)]);
 #pragma omp for schedule(dynamic, 1)
-    for (std::ptrdiff_t k = 0; k < n_pieces; ++k) run(Stage::force, pieces_, k, scratch);
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
+      runBlock(Stage::force, pieces_[static_cast<std::size_t>(k)]);
+#pragma omp critical(peridem_kick)
+    kicked.merge(own);
   }
+  return kicked;
 }
 
-void PeridynamicForce::computeDamage(State& state, const std::vector<Particle>& bodies,
-                                     int threads) {
+void PeridynamicForce::computeDamage(State& state, int threads) {
   prepareScratch(threads);
   const auto n = static_cast<std::ptrdiff_t>(whole_.size() + pieces_.size());
 #pragma omp parallel num_threads(threads) if (intact_.size() > groups_worth_threads)
@@ -258,7 +319,7 @@ void PeridynamicForce::computeDamage(State& state, const std::vector<Particle>& 
     for (std::ptrdiff_t k = 0; k < n; ++k) {
       const auto index = static_cast<std::size_t>(k);
       const Block& block = index < whole_.size() ? whole_[index] : pieces_[index - whole_.size()];
-      runStage(Stage::damage, block, state, nullptr, bodies, scratch);
+      runStage(Stage::damage, block, state, nullptr, Vec3::Zero(), scratch);
     }
   }
 }

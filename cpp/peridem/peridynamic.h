@@ -8,6 +8,7 @@
 
 #include "bond_block.h"
 #include "bonds.h"
+#include "integrator.h"
 #include "particle.h"
 #include "peridynamic_kernel.h"
 #include "state.h"
@@ -31,13 +32,18 @@ class PeridynamicForce {
                    const std::vector<Influence>& influences, int dimension, Compatibility mode,
                    const BlockSizes& sizes = {});
 
-  // Break test of state-based bonds, dilatation theta, then f = internal force density of the
-  // moving bodies. Flags of bonds that break are cleared in the table.
-  void compute(State& state, BondTable& bonds, const std::vector<Particle>& bodies, int threads);
+  // Break test of state-based bonds, dilatation theta, then f = internal force density (none in
+  // bodies that never move) + rho g. Flags of bonds that break are cleared in the table.
+  void compute(State& state, BondTable& bonds, const std::vector<Particle>& bodies,
+               const Vec3& gravity, int threads);
+
+  // The same after the nodes have been moved, body by body while a body is in the cache.
+  Kick moveAndCompute(const KickAndDrift& motion, State& state, BondTable& bonds,
+                      const std::vector<Particle>& bodies, const Vec3& gravity, int threads);
 
   // Damage Z at the current state, and theta of the last compute(). They do not act back on the
   // forces from there, so that it is enough to write them when someone looks.
-  void computeDamage(State& state, const std::vector<Particle>& bodies, int threads);
+  void computeDamage(State& state, int threads);
 
   // Takes over the flags of the table, after they have been set from outside.
   void importFlags(const BondTable& bonds, const std::vector<Particle>& bodies);
@@ -57,13 +63,22 @@ class PeridynamicForce {
     Index body;
     std::size_t pattern;
     std::size_t first_group;  // in intact_
+    BlockView view;
+  };
+  // Nodes of bodies that are not whole blocks: of partitioned ones, or of those that never move.
+  struct NodeRange {
+    Index begin, end;
+    bool moves;
   };
   void addBody(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
                const Particle& body, const BlockSizes& sizes);
-  BlockView viewOf(const Block& block, const Particle& body);
+  BlockView makeView(const Block& block, const Particle& body);
+  Kick run(const KickAndDrift* motion, State& state, BondTable& bonds,
+           const std::vector<Particle>& bodies, const Vec3& gravity, int threads);
+  LawView lawOf(Index body) const;
   void prepareScratch(int threads);
   void runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
-                const std::vector<Particle>& bodies, Scratch& scratch);
+                const Vec3& body_force, Scratch& scratch);
 
   int dimension_ = 2;
   std::string instruction_set_;
@@ -71,6 +86,8 @@ class PeridynamicForce {
   void makeTables(const std::vector<Particle>& bodies);
 
   std::vector<Influence> influences_;  // of each body
+  std::vector<Law> laws_;              // of each body, in its frame
+  std::vector<NodeRange> other_nodes_;
   std::vector<BondPattern> patterns_;
   std::vector<Index> pattern_bodies_;  // the first body that has the pattern
   std::vector<Block> whole_;      // blocks that are whole bodies, largest first

@@ -129,9 +129,14 @@ struct ReferenceBond {
 
   template <int Dim>
   PERIDEM_INLINE ReferenceBond(const BlockView& block, const TileReference<Dim, Table::kept>&,
-                               std::size_t, std::size_t g)
-      : number(load(block.numbers + group_numbers * g)),
-        weight(load(block.numbers + group_numbers * g + lanes)) {}
+                               std::size_t, std::size_t g) {
+    const double* numbers = block.numbers + group_numbers * g;
+    number = load(numbers);
+    weight = load(numbers + lanes);
+    constexpr int ahead = 14 * group_numbers;  // asked for early enough, they are there in time
+    __builtin_prefetch(numbers + ahead);
+    __builtin_prefetch(numbers + ahead + lanes);
+  }
 
   template <int Dim, class Influence = LinearInfluence>
   PERIDEM_INLINE ReferenceBond(const BlockView& block,
@@ -217,7 +222,7 @@ PERIDEM_INLINE Lanes takeSums(double* row, const double* column, std::size_t pla
   return sums;
 }
 
-// f = out_of_frame (sum of the forces) / V
+// f = out_of_frame (sum of the forces) / V + gravity
 template <int Dim>
 void storeForces(const BlockView& block, const NodeArrays& nodes, const KernelScratch& work) {
   for (std::size_t k = 0; k < block.n_padded; k += lanes) {
@@ -229,7 +234,7 @@ void storeForces(const BlockView& block, const NodeArrays& nodes, const KernelSc
     prefetchNode<Access::write>(block, nodes.f, k);
     double* f = nodes.f + 3 * (block.start + static_cast<std::size_t>(block.nodes[k]));
     for (int d = 0; d < Dim; ++d) {
-      double sum = 0;
+      double sum = block.body_force[d];
       for (int e = 0; e < Dim; ++e) sum += block.out_of_frame[d][e] * work.column[e][k];
       f[d] = sum;
     }

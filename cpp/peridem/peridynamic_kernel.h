@@ -45,6 +45,7 @@ struct BlockView {
   std::size_t center;
   double into_frame[3][3];
   double out_of_frame[3][3];
+  double body_force[3];  // density of a force on every node, gravity
   double self_contact_radius;  // Rc, in the frame
   double self_contact_kn;
   // Arrays over the places of all pieces of the body; null for whole bodies.
