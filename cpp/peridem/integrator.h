@@ -31,9 +31,10 @@ struct KickAndDrift {
   Real k = 0;
   Real dt = 0;
   Real speed_limit = 0;
-  const std::vector<std::uint8_t>* locked = nullptr;
+  const std::vector<std::uint8_t>* locked = nullptr;        // bit d: direction d of a node is not moved
+  const std::vector<std::uint8_t>* locked_bodies = nullptr;  // 1: some node of the body is locked
 
-  // Moves the nodes [begin, end).
+  // Moves the nodes [begin, end), leaving locked directions alone.
   Kick move(State& state, Index begin, Index end, int dimension) const;
 };
 

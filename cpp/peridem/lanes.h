@@ -12,6 +12,7 @@ namespace peridem {
 
 inline constexpr int lanes = 8;
 using LaneBits = std::uint8_t;  // bit k stands for lane k
+inline constexpr unsigned all_lanes = 0xff;
 
 // The bonds of one node, `row`, with up to eight nodes that follow each other in a block, a tile.
 struct BondGroup {

@@ -87,6 +87,7 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
     : dimension_(dimension),
       instruction_set_(peridem::instructionSet()),
       run_(kernelFor(instruction_set_)),
+      move_(moveKernelFor(instruction_set_)),
       influences_(influences) {
   // In the original the material of body 0 decides whether dilatation and the break test of
   // state-based bonds run at all, for all bodies.
@@ -109,7 +110,7 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
   intact_.resize(n_groups);
   importFlags(bonds, bodies);
   for (const Particle& body : bodies) laws_.push_back(inFrame(body.law, body.horizon));
-  makeTables(bodies);
+  makeTables(bodies, sizes.tables);
   for (auto* blocks : {&whole_, &pieces_})
     for (Block& block : *blocks)
       block.view = makeView(block, bodies[static_cast<std::size_t>(block.body)]);
@@ -117,7 +118,7 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
     if (body.constrained || body.nodes() > sizes.whole)
       for (Index begin = body.start; begin < body.stop; begin += nodes_of_range)
         other_nodes_.push_back(
-            {begin, std::min(begin + nodes_of_range, body.stop), !body.constrained});
+            {begin, std::min(begin + nodes_of_range, body.stop), body.id});
 }
 
 void PeridynamicForce::addBody(const State& state, const BondTable& bonds,
@@ -149,21 +150,25 @@ void PeridynamicForce::addBody(const State& state, const BondTable& bonds,
 
 // Patterns that bodies share get a table, those whose weights take long to compute, and all of
 // them when they are few.
-void PeridynamicForce::makeTables(const std::vector<Particle>& bodies) {
+void PeridynamicForce::makeTables(const std::vector<Particle>& bodies, Tables tables) {
   std::vector<char> shared(patterns_.size(), 0);
   std::size_t unshared_bytes = 0;
   for (const Block& block : whole_)
     if (block.body != pattern_bodies_[block.pattern]) shared[block.pattern] = 1;
   for (std::size_t k = 0; k < patterns_.size(); ++k)
     if (!shared[k]) unshared_bytes += patterns_[k].groups.size() * group_numbers * sizeof(double);
-  const bool few = unshared_bytes <= tableBudget();
+  const bool fits = unshared_bytes <= tableBudget();
+  const auto wanted = [&](std::size_t pattern) {
+    if (tables != Tables::where_faster) return tables == Tables::all;
+    return shared[pattern] || fits;
+  };
   for (auto* blocks : {&whole_, &pieces_})
     for (Block& block : *blocks) {
       const auto body = static_cast<std::size_t>(block.body);
       BondPattern& pattern = patterns_[block.pattern];
       const bool gaussian = influences_[body].numbers().beta > 0;
       if (block.body == pattern_bodies_[block.pattern] &&
-          (shared[block.pattern] || gaussian || few)) {
+          (gaussian || wanted(block.pattern))) {
         pattern.numbers = AlignedArray(pattern.groups.size() * group_numbers);
         run_(Stage::table, dimension_, lawOf(block.body), makeView(block, bodies[body]), {}, {}, {});
       }
@@ -272,24 +277,20 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
   {
     Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
     Kick own;
-    const auto move = [&](Index begin, Index end) {
-      if (motion != nullptr) own.merge(motion->move(state, begin, end, dimension_));
-    };
     const auto runBlock = [&](Stage stage, const Block& block) {
       const Particle& body = bodies[static_cast<std::size_t>(block.body)];
-      if (stage == Stage::whole) move(body.start, body.stop);
+      if (motion != nullptr && stage == Stage::whole)
+        own.merge(move(*motion, state, body, body.start, body.stop));
       runStage(stage, block, state, &bonds, body.density * gravity, scratch);
     };
 #pragma omp for schedule(static)
     for (std::ptrdiff_t k = 0; k < n_ranges; ++k) {
       const NodeRange& range = other_nodes_[static_cast<std::size_t>(k)];
-      if (range.moves) {
-        move(range.begin, range.end);
-      } else {
-        for (auto i = static_cast<std::size_t>(range.begin);
-             i < static_cast<std::size_t>(range.end); ++i)
-          state.f[i] = state.density[i] * gravity;
-      }
+      const Particle& body = bodies[static_cast<std::size_t>(range.body)];
+      if (motion != nullptr) own.merge(move(*motion, state, body, range.begin, range.end));
+      if (body.constrained)
+        std::fill(state.f.begin() + range.begin, state.f.begin() + range.end,
+                  body.density * gravity);
     }
 #pragma omp for schedule(static) nowait
     for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
@@ -307,6 +308,18 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
     kicked.merge(own);
   }
   return kicked;
+}
+
+Kick PeridynamicForce::move(const KickAndDrift& motion, State& state, const Particle& body,
+                            Index begin, Index end) const {
+  if ((*motion.locked_bodies)[static_cast<std::size_t>(body.id)])
+    return motion.move(state, begin, end, dimension_);
+  const NodeSpeed speed =
+      move_({motion.k / body.density, motion.dt, motion.speed_limit,
+             static_cast<std::size_t>(begin), static_cast<std::size_t>(end), dimension_},
+            {state.f.front().data(), state.v.front().data(), state.u.front().data(),
+             state.x.front().data()});
+  return {speed.within_limit, speed.fastest};
 }
 
 void PeridynamicForce::computeDamage(State& state, int threads) {

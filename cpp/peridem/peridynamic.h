@@ -15,8 +15,12 @@
 
 namespace peridem {
 
+// Which patterns keep a table of their bonds. The forces are the same to the last bit.
+enum class Tables { where_faster, all, few };  // few: only where the numbers take long to compute
+
 // Nodes per block of a body that is cut into pieces, and the largest body that is not.
 struct BlockSizes {
+  Tables tables = Tables::where_faster;
   Index piece = 2048;
   Index whole = 1500;
 };
@@ -68,7 +72,7 @@ class PeridynamicForce {
   // Nodes of bodies that are not whole blocks: of partitioned ones, or of those that never move.
   struct NodeRange {
     Index begin, end;
-    bool moves;
+    Index body;
   };
   void addBody(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
                const Particle& body, const BlockSizes& sizes);
@@ -76,6 +80,8 @@ class PeridynamicForce {
   Kick run(const KickAndDrift* motion, State& state, BondTable& bonds,
            const std::vector<Particle>& bodies, const Vec3& gravity, int threads);
   LawView lawOf(Index body) const;
+  Kick move(const KickAndDrift& motion, State& state, const Particle& body, Index begin,
+            Index end) const;
   void prepareScratch(int threads);
   void runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
                 const Vec3& body_force, Scratch& scratch);
@@ -83,7 +89,8 @@ class PeridynamicForce {
   int dimension_ = 2;
   std::string instruction_set_;
   RunBlock run_ = nullptr;
-  void makeTables(const std::vector<Particle>& bodies);
+  MoveNodes move_ = nullptr;
+  void makeTables(const std::vector<Particle>& bodies, Tables tables);
 
   std::vector<Influence> influences_;  // of each body
   std::vector<Law> laws_;              // of each body, in its frame

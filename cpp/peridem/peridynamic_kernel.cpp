@@ -22,12 +22,14 @@ PERIDEM_INLINE void prefetchNode(const BlockView& block, const double* vectors, 
 // y = z_ref + Q^T (u - u_c) / eps of the own nodes: a rigid translation leaves it unchanged to the
 // last digit.
 template <int Dim>
-void placeNodes(const BlockView& block, const NodeArrays& nodes, double* const (&z)[3]) {
+void placeNodes(const BlockView& shared, const NodeArrays& nodes, double* const (&z)[3]) {
+  const BlockView block = shared;  // copies that can stay in registers
   double u_c[Dim];
   for (int d = 0; d < Dim; ++d) u_c[d] = nodes.u[3 * block.center + static_cast<std::size_t>(d)];
+  const double* all_u = nodes.u + 3 * block.start;
   for (std::size_t k = 0; k < block.n_own; ++k) {
     prefetchNode<Access::read>(block, nodes.u, k);
-    const double* u = nodes.u + 3 * (block.start + static_cast<std::size_t>(block.nodes[k]));
+    const double* u = all_u + 3 * static_cast<std::size_t>(block.nodes[k]);
     double motion[Dim];
     for (int d = 0; d < Dim; ++d) motion[d] = u[d] - u_c[d];
     for (int d = 0; d < Dim; ++d) {
@@ -68,12 +70,12 @@ struct TilePositions {
 template <int Dim>
 struct Deformed {
   Lanes y[Dim];
+  Lanes squared;         // |y|^2
   Lanes inverse_length;  // 1/|y|
   Lanes length;          // |y|
 
   PERIDEM_INLINE Deformed(const TilePositions<Dim>& tile, const double* const (&places)[3],
                           std::size_t i) {
-    Lanes squared;
     for (int d = 0; d < Dim; ++d) {
       y[d] = tile.z[d] - places[d][i];
       squared = d == 0 ? y[d] * y[d] : multiplyAdd(y[d], y[d], squared);
@@ -151,32 +153,31 @@ struct ReferenceBond {
   }
 };
 
-// Elongation and direction of the forces of node i with a tile, as the law wants them: along the
-// deformed bond from the length r, stretch = e; along the reference bond from 1/r, stretch = s.
+// Elongation e of the bonds of node i with a tile, what the law calls their stretch, and the
+// direction of their forces, times `inverse` a unit vector. Along the deformed bond: number = r,
+// stretch = e. Along the reference bond: number = 1/r, stretch = s. (Results by reference: GCC keeps
+// them in registers, but not the members of a class.)
 template <int Dim, class Law>
-struct Stretch {
-  Lanes stretch;
-  Lanes direction[Dim];  // times `inverse` a unit vector
-  Lanes inverse;
-
-  PERIDEM_INLINE Stretch(const BlockView& block, const Deformed<Dim>& bond, const Lanes& number,
-                         std::size_t i, std::size_t tile) {
-    if constexpr (Law::along_deformed_bond) {
-      stretch = bond.length - number;
-      for (int d = 0; d < Dim; ++d) direction[d] = bond.y[d];
-      inverse = bond.inverse_length;
-    } else {
-      Lanes eta_xi;  // (u_j - u_i) . xi
-      for (int d = 0; d < Dim; ++d) {
-        const Lanes xi = load(block.z_ref[d] + tile) - block.z_ref[d][i];
-        eta_xi = multiplyAdd(bond.y[d] - xi, xi, eta_xi);
-        direction[d] = xi;
-      }
-      stretch = eta_xi * number * number;
-      inverse = number;
+PERIDEM_INLINE void stretchOf(const BlockView& block, const Deformed<Dim>& bond,
+                              const Lanes& number, std::size_t i, std::size_t tile,
+                              Lanes& elongation, Lanes& stretch, Lanes (&direction)[Dim],
+                              Lanes& inverse) {
+  if constexpr (Law::along_deformed_bond) {
+    elongation = bond.length - number;
+    stretch = elongation;
+    for (int d = 0; d < Dim; ++d) direction[d] = bond.y[d];
+    inverse = bond.inverse_length;
+  } else {
+    Lanes eta_xi;  // (u_j - u_i) . xi
+    for (int d = 0; d < Dim; ++d) {
+      direction[d] = load(block.z_ref[d] + tile) - block.z_ref[d][i];
+      eta_xi = multiplyAdd(bond.y[d] - direction[d], direction[d], eta_xi);
     }
+    elongation = eta_xi * number;
+    stretch = elongation * number;
+    inverse = number;
   }
-};
+}
 
 // Out of the way of the loops: bonds break seldom.
 [[gnu::noinline]] void markBroken(const BlockView& block, const BreakListener& listener,
@@ -224,7 +225,10 @@ PERIDEM_INLINE Lanes takeSums(double* row, const double* column, std::size_t pla
 
 // f = out_of_frame (sum of the forces) / V + gravity
 template <int Dim>
-void storeForces(const BlockView& block, const NodeArrays& nodes, const KernelScratch& work) {
+void storeForces(const BlockView& shared, const NodeArrays& nodes, const KernelScratch& scratch) {
+  const BlockView block = shared;  // copies that can stay in registers
+  const KernelScratch work = scratch;
+  double* all_f = nodes.f + 3 * block.start;
   for (std::size_t k = 0; k < block.n_padded; k += lanes) {
     const Lanes inverse_volume = load(block.inverse_volume + k);
     for (int d = 0; d < Dim; ++d)
@@ -232,7 +236,7 @@ void storeForces(const BlockView& block, const NodeArrays& nodes, const KernelSc
   }
   for (std::size_t k = 0; k < block.n_own; ++k) {
     prefetchNode<Access::write>(block, nodes.f, k);
-    double* f = nodes.f + 3 * (block.start + static_cast<std::size_t>(block.nodes[k]));
+    double* f = all_f + 3 * static_cast<std::size_t>(block.nodes[k]);
     for (int d = 0; d < Dim; ++d) {
       double sum = block.body_force[d];
       for (int e = 0; e < Dim; ++e) sum += block.out_of_frame[d][e] * work.column[e][k];
@@ -266,9 +270,10 @@ template <int Dim>
 }
 
 // Lanes with a broken bond that is shorter than Rc.
-PERIDEM_INLINE LaneBits closeBroken(const BlockView& block, const Lanes& length, std::size_t g,
+PERIDEM_INLINE LaneBits closeBroken(const BlockView& block, const Lanes& squared, std::size_t g,
                                     LaneBits intact) {
-  return static_cast<LaneBits>(greaterBits(broadcast(block.self_contact_radius), length) &
+  const Real Rc = block.self_contact_radius;
+  return static_cast<LaneBits>(greaterBits(broadcast(Rc * Rc), squared) &
                                block.groups[g].exists & ~intact);
 }
 
@@ -333,12 +338,10 @@ std::size_t dilatationPass(const Lps& law, const BlockView& shared, const NodeAr
         const Deformed<Dim> bond(tile.positions, places, i);
         const auto [r, J] = ReferenceBond<Lps>(block, tile.reference, i, g);
         const Lanes e = bond.length - r;
-        LaneBits intact = block.intact[g];
-        const auto broken = static_cast<LaneBits>(greaterBits(law.excess(r, e), Lanes()) & intact);
-        if (broken) [[unlikely]] {
-          markBroken(shared, listener, i, tile.place, g, broken, row.value);
-          intact = static_cast<LaneBits>(intact & ~broken);
-        }
+        const LaneBits intact_before = block.intact[g];
+        const auto broken =
+            static_cast<LaneBits>(greaterBits(law.excess(r, e), Lanes()) & intact_before);
+        const auto intact = static_cast<LaneBits>(intact_before & ~broken);
         const Lanes J_r = J * r;
         const Lanes J_r_e = keepProduct(intact, J_r, e);
         tile.sum += J_r_e;
@@ -349,9 +352,11 @@ std::size_t dilatationPass(const Lps& law, const BlockView& shared, const NodeAr
         if constexpr (keep_bonds == Keep::bonds) {
           store(work.J_r_by_length + lanes * g, keepProduct(intact, J_r, bond.inverse_length));
           store(work.J_e_by_length + lanes * g, keepProduct(intact, J * e, bond.inverse_length));
-          if (const LaneBits close = closeBroken(block, bond.length, g, intact); close) [[unlikely]]
+          if (const LaneBits close = closeBroken(block, bond.squared, g, intact); close) [[unlikely]]
             noteClose(work, n_close, i, tile.place, close, row.value);
         }
+        if (broken) [[unlikely]]
+          markBroken(shared, listener, i, tile.place, g, broken, row.value);
       },
       [&](const ScalarTile<Dim, table>& tile) PERIDEM_LAMBDA {
         store(work.column[0] + tile.place, tile.sum);
@@ -411,7 +416,7 @@ void stateBasedForcePass(const BlockView& shared, const NodeArrays& nodes,
           J_r = keepProduct(intact, J_by_length, r);
           J_e = keepProduct(intact, J_by_length, bond.length - r);
           for (int d = 0; d < Dim; ++d) y[d] = bond.y[d];
-          if (const LaneBits close = closeBroken(block, bond.length, g, intact); close) [[unlikely]]
+          if (const LaneBits close = closeBroken(block, bond.squared, g, intact); close) [[unlikely]]
             noteClose(work, n_close, i, tile.place, close, row.value);
         }
         const Lanes t =
@@ -443,17 +448,18 @@ void bondBasedForcePass(const Law& law, const BlockView& shared, const NodeArray
       [&](ForceTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
         const Deformed<Dim> deformed(tile.positions, places, i);
         const ReferenceBond<Law> reference(block, tile.reference, i, g);
-        const Stretch<Dim, Law> bond(block, deformed, reference.number, i, tile.place);
-        LaneBits intact = block.intact[g];
-        const LaneBits close = closeBroken(block, deformed.length, g, intact);
+        Lanes elongation, stretch, inverse, direction[Dim];
+        stretchOf<Dim, Law>(block, deformed, reference.number, i, tile.place, elongation, stretch,
+                            direction, inverse);
+        const LaneBits intact_before = block.intact[g];
+        const LaneBits close = closeBroken(block, deformed.squared, g, intact_before);
         const auto broken = static_cast<LaneBits>(
-            greaterBits(law.excess(reference.number, bond.stretch), Lanes()) & intact);
-        if (broken) [[unlikely]] {
+            greaterBits(law.excess(reference.number, stretch), Lanes()) & intact_before);
+        const auto intact = static_cast<LaneBits>(intact_before & ~broken);
+        const Lanes t = reference.weight * law.force(elongation, stretch);
+        tile.add(work, i, row.value, keepProduct(intact, t, inverse), direction);
+        if (broken) [[unlikely]]
           markBroken(shared, listener, i, tile.place, g, broken, row.value);
-          intact = static_cast<LaneBits>(intact & ~broken);
-        }
-        const Lanes t = reference.weight * law.force(reference.number, bond.stretch);
-        tile.add(work, i, row.value, keepProduct(intact, t, bond.inverse), bond.direction);
         if (close) [[unlikely]]
           noteClose(work, n_close, i, tile.place, close, row.value);
       },
@@ -479,9 +485,10 @@ void damagePass(const Law& law, const BlockView& shared, const NodeArrays& nodes
       [&](ScalarTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
         const Deformed<Dim> deformed(tile.positions, places, i);
         const ReferenceBond<Law> reference(block, tile.reference, i, g);
-        const Stretch<Dim, Law> bond(block, deformed, reference.number, i, tile.place);
-        const Lanes z =
-            keep(block.groups[g].exists, law.damage(reference.number, bond.stretch));
+        Lanes elongation, stretch, inverse, direction[Dim];
+        stretchOf<Dim, Law>(block, deformed, reference.number, i, tile.place, elongation, stretch,
+                            direction, inverse);
+        const Lanes z = keep(block.groups[g].exists, law.damage(reference.number, stretch));
         tile.sum = larger(tile.sum, z);
         if constexpr (row.value) {
           double* largest = work.row[0] + lanes * i;
@@ -576,6 +583,50 @@ void runBlock(Stage stage, int dimension, const LawView& law, const BlockView& b
                            ? (dimension == 3 ? run<3, Table::kept> : run<2, Table::kept>)
                            : (dimension == 3 ? run<3, Table::computed> : run<2, Table::computed>);
   runWith(stage, law, block, nodes, work, listener);
+}
+
+// Eight nodes at a time: three times eight components, those of directions that do not move with
+// factors 0.
+NodeSpeed moveNodes(const NodeMotion& motion, const MovingArrays& shared) {
+  const MovingArrays nodes = shared;
+  Lanes k_by_rho[3], dt[3];
+  for (int part = 0; part < 3; ++part) {
+    alignas(64) double k_values[lanes], dt_values[lanes];
+    for (int lane = 0; lane < lanes; ++lane) {
+      const bool moves = (lanes * part + lane) % 3 < motion.dimension;
+      k_values[lane] = moves ? motion.k_by_rho : 0;
+      dt_values[lane] = moves ? motion.dt : 0;
+    }
+    k_by_rho[part] = load(k_values);
+    dt[part] = load(dt_values);
+  }
+  const Lanes limit = broadcast(motion.speed_limit);
+  Lanes fastest;
+  unsigned within = all_lanes;
+  std::size_t i = 3 * motion.begin;
+  const std::size_t end = 3 * motion.end;
+  for (; i + 3 * lanes <= end; i += 3 * lanes)
+    for (int part = 0; part < 3; ++part) {
+      const std::size_t at = i + static_cast<std::size_t>(lanes * part);
+      const Lanes v = loadUnaligned(nodes.v + at) + k_by_rho[part] * loadUnaligned(nodes.f + at);
+      const Lanes way = dt[part] * v;
+      within &= greaterBits(limit, magnitude(v));
+      fastest = larger(fastest, magnitude(v));
+      storeUnaligned(nodes.v + at, v);
+      storeUnaligned(nodes.u + at, loadUnaligned(nodes.u + at) + way);
+      storeUnaligned(nodes.x + at, loadUnaligned(nodes.x + at) + way);
+    }
+  NodeSpeed speed{within == all_lanes, largestLane(fastest)};
+  for (; i < end; ++i) {
+    if (static_cast<int>(i % 3) >= motion.dimension) continue;
+    const double v = nodes.v[i] + motion.k_by_rho * nodes.f[i];
+    speed.within_limit &= magnitude(v) < motion.speed_limit;
+    speed.fastest = larger(speed.fastest, magnitude(v));
+    nodes.v[i] = v;
+    nodes.u[i] += motion.dt * v;
+    nodes.x[i] += motion.dt * v;
+  }
+  return speed;
 }
 
 }  // namespace peridem::PERIDEM_ISA

@@ -62,6 +62,23 @@ struct NodeArrays {
   double* damage_z;
 };
 
+struct MovingArrays {
+  const double* f;
+  double* v;
+  double* u;
+  double* x;
+};
+
+// How the nodes [begin, end) of the model move: v += k f / rho, u += dt v, x += dt v in the first
+// `dimension` directions, none of which is prescribed.
+struct NodeMotion {
+  double k_by_rho;
+  double dt;
+  double speed_limit;
+  std::size_t begin, end;
+  int dimension;
+};
+
 // A group with broken bonds whose ends are close; `row_is_own` as in TileBonds.
 struct CloseGroup {
   std::uint32_t row;
@@ -110,15 +127,25 @@ struct LawView {
 using RunBlock = void (*)(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
                           const KernelScratch&, const BreakListener&);
 
+// Whether every component of a velocity is below the limit (NaN is not), and the largest.
+struct NodeSpeed {
+  bool within_limit;
+  double fastest;
+};
+using MoveNodes = NodeSpeed (*)(const NodeMotion&, const MovingArrays&);
+
 namespace baseline {
+NodeSpeed moveNodes(const NodeMotion&, const MovingArrays&);
 void runBlock(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
               const KernelScratch&, const BreakListener&);
 }
 namespace avx2 {
+NodeSpeed moveNodes(const NodeMotion&, const MovingArrays&);
 void runBlock(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
               const KernelScratch&, const BreakListener&);
 }
 namespace avx512 {
+NodeSpeed moveNodes(const NodeMotion&, const MovingArrays&);
 void runBlock(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
               const KernelScratch&, const BreakListener&);
 }

@@ -46,6 +46,14 @@ PERIDEM_INLINE Lanes load(const double* p) {
 PERIDEM_INLINE void store(double* p, const Lanes& a) {
   for (int k = 0; k < registers; ++k) reinterpret_cast<Register*>(p)[k] = a.part[k];
 }
+PERIDEM_INLINE Lanes loadUnaligned(const double* p) {
+  Lanes a;
+  for (int k = 0; k < registers; ++k) __builtin_memcpy(&a.part[k], p + register_lanes * k, sizeof(Register));
+  return a;
+}
+PERIDEM_INLINE void storeUnaligned(double* p, const Lanes& a) {
+  for (int k = 0; k < registers; ++k) __builtin_memcpy(p + register_lanes * k, &a.part[k], sizeof(Register));
+}
 PERIDEM_INLINE Lanes broadcast(double value) {
   Lanes a;
   for (int k = 0; k < registers; ++k) a.part[k] = Register{} + value;

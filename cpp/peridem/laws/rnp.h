@@ -1,5 +1,5 @@
 // RNPBond: regularised nonlinear bond with a softening potential (Lipton 2014, 2016).
-// T is a number or eight lanes of them; q = 1 / r, s = (u_j - u_i) . xi / r^2.
+// T is a number or eight lanes of them; q = 1 / r, s = (u_j - u_i) . xi / r^2 = e / r.
 #pragma once
 
 #include "../fuzzy.h"
@@ -16,14 +16,15 @@ struct Rnp {
   Real break_factor;     // Check_Sc_Factor; infinity when fracture is reversible
   bool tension_only;
 
-  // f = w 4 s C beta exp(-beta r s^2) / F, w = J, along the reference bond
+  // What the force is proportional to, from J and 1/r.
   template <class T>
   PERIDEM_INLINE static T weight(T J, T) {
     return J;
   }
+  // f = w 4 s C beta exp(-beta r s^2) / F, w = J, along the reference bond; e = s r
   template <class T>
-  PERIDEM_INLINE T force(T q, T s) const {
-    return four_c_beta_by_f * s * exponential(-beta * s * s / q);
+  PERIDEM_INLINE T force(T e, T s) const {
+    return four_c_beta_by_f * s * exponential(-beta * (s * e));
   }
 
   // |s| > factor sc, sc = sqrt(1 / (2 beta r)), in the fuzzy comparison solved for |s|; squared
