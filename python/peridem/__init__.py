@@ -9,19 +9,31 @@ import os
 # GCC's OpenMP, several ms, slows a machine down that has other work; it is read when _core loads.
 os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
+from . import recorders
 from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck
 from .errors import InputError, NumericalError
+from .materials import PDElasticBond, PDState, PMBBond, RNPBond
 from .model import DEMModel, Particle
+from .modelling.bodies import Bodies, Body
+from .result import Result
 
 __all__ = [
+    "Bodies",
+    "Body",
     "Bonds",
     "DEMModel",
     "Deck",
     "InputError",
     "NumericalError",
+    "PDElasticBond",
+    "PDState",
+    "PMBBond",
     "Particle",
+    "RNPBond",
+    "Result",
     "__version__",
     "read_deck",
+    "recorders",
 ]
