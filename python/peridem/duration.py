@@ -31,7 +31,7 @@ def interval_in_steps(name: str, value: Any, dt: float) -> int:
     if isinstance(given, int) and not isinstance(given, bool):
         if given < 1:
             raise InputError(
-                f"{name} = {value!r}: must be a whole number of steps, at least 1, or a time in s; "
+                f"{name} = {value!r}: must be at least 1 step, a whole number, or a time in s; "
                 "correct it"
             )
         return given
@@ -43,6 +43,26 @@ def interval_in_steps(name: str, value: Any, dt: float) -> int:
             "a whole number of steps"
         )
     return steps
+
+
+def duration_until(until: float, dt: float) -> tuple[float, int]:
+    """Return duration and number of steps for a time to reach with steps of at most `dt` [s].
+
+    The time step is `dt` to the last bit where whole steps of it reach the time and their number
+    allows, else the time by the number of steps.
+    """
+    steps = max(steps_until(until, dt), 1)
+    exact = _product(dt, steps) if abs(until / steps - dt) <= ROUND_OFF * dt else None
+    return (until if exact is None else exact), steps
+
+
+def _product(dt: float, steps: int) -> float | None:
+    """Return a duration that gives `dt` again when divided by the steps; None if there is none."""
+    product = dt * steps
+    for final_time in (product, math.nextafter(product, 0), math.nextafter(product, math.inf)):
+        if final_time / steps == dt:
+            return final_time
+    return None
 
 
 def exact_duration(dt: float, steps: int) -> tuple[float, int]:
@@ -64,9 +84,8 @@ def exact_duration(dt: float, steps: int) -> tuple[float, int]:
         number of steps gives the time step again.
     """
     for n in range(max(steps, 1), max(steps, 1) + _MOST_TRIED):
-        product = dt * n
-        for final_time in (product, math.nextafter(product, 0), math.nextafter(product, math.inf)):
-            if final_time / n == dt:
-                return final_time, n
+        final_time = _product(dt, n)
+        if final_time is not None:
+            return final_time, n
     power = 1 << max(steps, 1).bit_length()
     return dt * power, power

@@ -2,52 +2,37 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .bodies import BodyPlan
-from .build import BuiltModel, build_model
-from .checkpoint import Checkpoint, has_checkpoint, newest_checkpoint
-from .checks import check_model, contact_time_step_note
-from .compatibility import compatibility_notes
-from .deck import Deck, Output, read_deck
+from .build import build_model
+from .checkpoint import newest_checkpoint
+from .deck import read_deck
 from .diagnostics import check_finite
 from .driving import PROGRESS_SECONDS, Job, Observer, drive
-from .duration import exact_duration, interval_in_steps, steps_until
+from .duration import interval_in_steps
 from .errors import InputError, NumericalError
-from .mesh import Mesh
 from .modelling.arguments import checked, choice, number, vector, whole
-from .modelling.bodies import Bodies, Body
-from .modelling.builder import ModelBuilder
-from .modelling.export import check_sayable, write_deck
-from .modelling.plan import Composition, ModelPlan
+from .modelling.plan import ModelPlan
 from .particle import Particle
-from .restart import find_deck, restart_from_deck, restore
+from .restart import find_deck
 from .result import Result
 from .series import SeriesRecorder, make_tables
-from .view import FloatArray, ModelView
+from .staged import StagedModel
+from .view import FloatArray
 
 SAFETY = 0.5
 """Part of the estimated stable time step that is taken when none is given."""
 
-DECK_FOLDER = "deck"
-"""Folder, in that of the output, of the deck that a model made in Python is written as."""
-
-TAGS = ("Displacement", "Velocity", "Particle_ID", "Damage_Z", "Damage")
-"""Arrays in the vtu files of a model made in Python, unless said otherwise."""
-
-_OUTPUTS = 100  # files of a run whose interval is not given
 _SCHEMES = ("velocity_verlet", "central_difference")
 
 
-class DEMModel(ModelBuilder, ModelView):
+class DEMModel(StagedModel):
     """Deformable, breakable grains in contact: a model and its state.
 
     Made here and filled with `add_particle`, `set_contact`, `prescribe` and their like, or read
@@ -124,29 +109,6 @@ class DEMModel(ModelBuilder, ModelView):
         if self._safety > 1:
             raise InputError(f"{who}: safety = {safety!r}: must be at most 1; give 0.5 for half")
         self._prepare(compatibility, _thread_count(threads), strict, allow_overlap)
-
-    def _prepare(self, compatibility: str, threads: int, strict: bool, allow_overlap: bool) -> None:
-        """Set what models of decks and of Python have in common."""
-        self.compatibility = compatibility
-        self.warnings: list[str] = []
-        self.notes: list[str] = []
-        self.stop_reason: str | None = None
-        self.output_interval = 1
-        self.checkpoint_every: int | None = None
-        self.last_checkpoint: Path | None = None
-        self._composition: Composition | None = None
-        self._built: BuiltModel | None = None
-        self._deck: Deck | None = None
-        self._names: dict[str, Body | Bodies] = {}
-        self._thread_count = threads
-        self._strict = strict
-        self._allow_overlap = allow_overlap
-        self._initialized = False
-        self._duration_known = False
-        self._time_step_from = "the deck"
-        self._output_seconds = 0.0
-        self._restarts = False
-        self._goes_on = False
 
     @classmethod
     def from_deck(
@@ -240,70 +202,6 @@ class DEMModel(ModelBuilder, ModelView):
         model._go_on(checkpoint, problems)
         return model
 
-    def _go_on(self, checkpoint: Checkpoint, problems: list[str], **options: bool) -> None:
-        restore(self, checkpoint, **options)
-        self._goes_on = True
-        self.warnings += problems
-        self.checkpoint_every, self.last_checkpoint = checkpoint.every, checkpoint.path
-
-    # What it is made of.
-
-    def _take(self, deck: Deck, built: BuiltModel) -> None:
-        self._deck, self._built = deck, built
-        self.warnings += built.warnings
-        self.notes += [*deck.notes, *compatibility_notes(deck, built.bodies, self.compatibility)]
-        self.output_interval = deck.output.output_interval
-
-    def _parts(self) -> BuiltModel:
-        """Return the built model; models made in Python are built when they are first asked."""
-        if self._built is None:
-            assert self._plan is not None
-            output = Output.model_validate({"Tags": list(TAGS), "Output_Interval": 1})
-            composition = self._plan.compose(1.0, 1, output)
-            try:
-                built = build_model(
-                    composition.deck, threads=self._thread_count, held=composition.held
-                )
-            except InputError as error:
-                raise InputError(composition.words.say(str(error))) from error
-            self._composition = composition
-            for body in composition.layout.order:
-                body._layout = composition.layout
-            self._take(composition.deck, built)
-            self._put_in_words()
-        return self._built  # type: ignore[return-value]
-
-    def _put_in_words(self) -> None:
-        if self._composition is not None:
-            say = self._composition.words.say
-            self.warnings = [say(text) for text in self.warnings]
-            self.notes = [say(text) for text in self.notes]
-
-    @property
-    def scripted(self) -> bool:
-        """Whether the model was made in Python, not read from a deck."""
-        return self._plan is not None
-
-    @property
-    def deck(self) -> Deck:
-        """The blocks of its deck, read or made."""
-        self._parts()
-        assert self._deck is not None
-        return self._deck
-
-    @property
-    def bodies(self) -> list[BodyPlan]:
-        """Where the bodies are from, by their ids."""
-        return self._parts().bodies
-
-    @property
-    def _core(self) -> Any:
-        return self._parts().core
-
-    @property
-    def _meshes(self) -> list[Mesh]:
-        return self._parts().meshes
-
     def __repr__(self) -> str:
         if self._built is None:
             assert self._plan is not None
@@ -314,97 +212,6 @@ class DEMModel(ModelBuilder, ModelView):
             f"<DEMModel {self.dimension}D: {len(self.bodies)} bodies, {self.n_nodes} nodes{bonds}; "
             f"step {self.n}, t = {self.time:g} s>"
         )
-
-    # Building.
-
-    def init(self) -> None:
-        """Build bonds, laws and contact, check the model, set a ``Restart`` state; done once.
-
-        Nothing can be added to the model afterwards.
-
-        Raises
-        ------
-        InputError
-            If bodies overlap at the start (unless allowed), a test names a body that does not
-            exist or, when strict, the time step is above the estimated stable one.
-        """
-        self._initialize(None, None)
-
-    def _initialize(self, until: float | None, steps: int | None) -> None:
-        if self._initialized:
-            self._fix_duration(until, steps)
-            return
-        core = self._core
-        try:
-            core.init()
-        except InputError as error:
-            raise InputError(self._say(f"{self.deck.path.name}: {error}")) from error
-        self._initialized = True
-        try:
-            self._fix_duration(until, steps)
-            self.warnings += check_model(
-                self, strict=self._strict, allow_overlap=self._allow_overlap
-            )
-        except InputError as error:
-            self._initialized = False
-            raise InputError(self._say(str(error))) from error
-        note = contact_time_step_note(self)
-        if note is not None:
-            self.notes.append(note)
-        self._put_in_words()
-        if self._restarts:
-            self._restarts, self._goes_on = False, True
-            restart_from_deck(self)
-
-    def _say(self, text: str) -> str:
-        return text if self._composition is None else self._composition.words.say(text)
-
-    def _fix_duration(self, until: float | None, steps: int | None) -> None:
-        """Choose the time step of a model made in Python, before its first step."""
-        if not self.scripted or self.started:
-            return
-        if until is not None and steps is not None:
-            if self._dt_wanted is not None:
-                raise InputError(
-                    f"run: steps = {steps}: is given besides until and dt; keep two of them"
-                )
-            self._time_step_from = "until / steps"
-            self._set_duration(until, steps)
-            return
-        dt = self._wanted_time_step()
-        if until is not None:
-            self._set_duration(until, max(steps_until(until, dt), 1))
-        elif steps is not None:
-            self._set_duration(*exact_duration(dt, steps))
-        elif not self._duration_known:
-            self._set_duration(dt, 1)
-            self._duration_known = False
-
-    def _wanted_time_step(self) -> float:
-        if self._dt_wanted is not None:
-            self._time_step_from = "given"
-            return self._dt_wanted
-        limits = self._core.stable_time_step()
-        limit = min(value for value in limits if value > 0)
-        if not np.isfinite(limit):
-            raise InputError(
-                "DEMModel: dt: missing; no stable time step can be estimated without bonds and "
-                "contact: give it"
-            )
-        self._time_step_from = f"{self._safety:g} of the estimated stable one, {limit:.3g} s"
-        return self._safety * float(limit)
-
-    def _set_duration(self, final_time: float, steps: int) -> None:
-        self._core.set_duration(final_time, steps)
-        self._note_duration(final_time, steps)
-
-    def _note_duration(self, final_time: float, steps: int) -> None:
-        """Let the deck say how long the run is."""
-        deck = self.deck
-        model = deck.model.model_copy(update={"final_time": final_time, "time_steps": steps})
-        deck.source.data["Model"] |= {"Final_Time": final_time, "Time_Steps": steps}
-        self._deck = replace(deck, model=model)
-        self._duration_known = True
 
     # Stepping.
 
@@ -585,131 +392,6 @@ class DEMModel(ModelBuilder, ModelView):
         drive(self, Job(last, folder, callback, calls, progress, checkpoints, series))
         return Result(self.summary(), folder, series)
 
-    def _last_step(self, until: float | None, steps: int | None) -> int:
-        """Fix the duration and return the step to stop after."""
-        if not self.scripted and until is not None and steps is not None:
-            raise InputError(f"steps = {steps}: is given besides until; keep one of them")
-        if until is None and steps is None and self.scripted and not self._duration_known:
-            raise InputError("run: until: missing; give the time to stop at in s, or steps")
-        if self.started and until is not None and steps is not None:
-            raise InputError(
-                f"run: steps = {steps}: is given besides until, but the time step is chosen "
-                "already; keep one of them"
-            )
-        fresh = not self.started
-        self._initialize(until, steps)
-        if until is not None:
-            last = self.n_steps if fresh and self.scripted else steps_until(until, self.dt)
-        else:
-            last = self.n_steps if steps is None else self.n + steps
-        if self.scripted and last > self.n_steps:
-            self._note_duration(*exact_duration(self.dt, last))
-        return last
-
-    def _resumed(self, folder: Path | None, until: float | None, steps: int | None) -> int:
-        """Go on from the newest checkpoint of a folder and return the step to stop after."""
-        if folder is None:
-            raise InputError("run: resume = True: needs the folder of the checkpoints; give output")
-        if self._built is not None and self.started:
-            raise InputError("run: resume = True: the model has started already; make a new one")
-        if not has_checkpoint(folder):
-            return self._last_step(until, steps)
-        checkpoint, problems = newest_checkpoint(folder)
-        if self.scripted:
-            self._initialize(until, steps)
-            # The time step of the run so far, to the last bit, whatever the end is now.
-            if not 0.5 * self.dt < checkpoint.dt <= self.dt * (1 + 1e-6):
-                self._check_time_step(checkpoint, until, steps)
-            if until is not None:
-                last = max(steps_until(until, checkpoint.dt), checkpoint.step)
-            else:
-                last = checkpoint.step + (steps or 0)
-            final_time, n = exact_duration(checkpoint.dt, last)
-            self._core.set_duration(final_time, n)
-            self._note_duration(final_time, n)
-            self._go_on(checkpoint, problems, changed_deck=True)
-            return last
-        self._go_on(checkpoint, problems)
-        return self._last_step(until, steps)
-
-    def _check_time_step(
-        self, checkpoint: Checkpoint, until: float | None, steps: int | None
-    ) -> None:
-        raise InputError(
-            f"{checkpoint.path}: time step = {checkpoint.dt!r} s: the model's is {self.dt!r} s; "
-            "give the dt of the run so far"
-        )
-
-    def _plan_output(
-        self, folder: Path | None, every: float | None, tags: Sequence[str] | None
-    ) -> None:
-        """Let the deck say what is written, where and how often."""
-        changes: dict[str, Any] = {}
-        if every is not None:
-            changes["output_interval"] = interval_in_steps("every", every, self.dt)
-        elif self.scripted and not self._goes_on:
-            changes["output_interval"] = max(1, self.n_steps // _OUTPUTS)
-        if tags is not None:
-            changes["tags"] = _checked_tags(tags)
-        if changes:
-            output = self.deck.output.model_copy(update=changes)
-            self._deck = replace(self.deck, output=output)
-            self.output_interval = output.output_interval
-        if folder is not None and self.scripted:
-            self._write_own_deck(folder)
-
-    def _write_own_deck(self, folder: Path) -> None:
-        """Write the model as a deck into its output folder, for `resume`, if a deck can say it."""
-        composition = self._composition
-        assert composition is not None
-        try:
-            check_sayable(self.deck, composition.held)
-        except InputError:
-            return
-        output = self.deck.output.model_copy(update={"path": Path("..")})
-        path = write_deck(
-            replace(self.deck, output=output), composition.held, folder / DECK_FOLDER
-        ).resolve()
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        self._deck = replace(self.deck, path=path, sha256=digest)
-
-    def _deck_to_write(self) -> Deck:
-        return self.deck
-
-    def _composed(self, who: str) -> Composition:
-        if self._plan is None:
-            raise InputError(
-                f"{who}: the model is that of {self.deck.path}; copy the files of the deck"
-            )
-        self.init()
-        if not self._duration_known:
-            raise InputError(
-                f"{who}: the duration is not known; call run first, or set_duration(until=...)"
-            )
-        assert self._composition is not None
-        return self._composition
-
-    def set_duration(self, until: float, steps: int | None = None) -> None:
-        """Say how long the model is to run, for `to_deck`; `run` does so by itself.
-
-        Parameters
-        ----------
-        until : float
-            Simulated time [s].
-        steps : int, optional
-            Number of steps; the time step is then until / steps.
-
-        Raises
-        ------
-        InputError
-            If an argument breaks its rule, or the model is of a deck.
-        """
-        if not self.scripted:
-            raise InputError("set_duration: the model is that of a deck; change its Final_Time")
-        end = number(until, "set_duration: until", above=0, unit="s")
-        count = None if steps is None else whole(steps, "set_duration: steps", 1)
-        self._last_step(end, count)
-
     # For the loop of a run.
 
     def note_output_time(self, seconds: float) -> None:
@@ -732,17 +414,6 @@ def _thread_count(threads: int | None) -> int:
 
 def _yet(plan: ModelPlan) -> str:
     return "" if plan.bodies else " yet"
-
-
-def _checked_tags(tags: Any) -> tuple[str, ...]:
-    from typing import get_args
-
-    from .deck.schema import Tag
-
-    given = [tags] if isinstance(tags, str) else list(tags)
-    for tag in given:
-        choice(tag, get_args(Tag), "tags")
-    return tuple(dict.fromkeys(given))
 
 
 __all__ = ["DEMModel", "NumericalError", "Particle"]

@@ -170,7 +170,7 @@ class SeriesRecorder:
 
         try:
             if path.suffix == ".csv":
-                frame = pd.read_csv(path, float_precision="round_trip")
+                frame = pd.read_csv(path, dtype=str).astype(float)  # exact, unlike its own
             else:
                 frame = pd.read_parquet(path)
             frame = frame[frame["step"] <= last_step]

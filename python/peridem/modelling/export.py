@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ruamel.yaml import YAML
 
 from ..build import Held
-from ..deck import Contact, Deck
+from ..deck import Contact, Deck, Neighbor
 from ..deck.fields import Block
+from ..deck.schema import Container
 from ..errors import InputError
 from ..files import make_folder, replace_file
 from ..mesh import mesh_file
+from ..outside import FloatArray
 from ..placement import Placement
 
 DECK = "input.yaml"
@@ -54,22 +57,31 @@ def deck_data(deck: Deck) -> dict[str, Any]:
         "Contact": _contacts(deck),
     }
     if any(deck.gravity) or deck.force_sets:
-        data["Force_BC"] = {"Gravity": list(deck.gravity), **_sets(deck.force_sets)}
+        sets = _sets(deck.force_sets) if deck.force_sets else {}
+        data["Force_BC"] = {"Gravity": list(deck.gravity), **sets}
     if deck.displacement_sets:
         data["Displacement_BC"] = _sets(deck.displacement_sets)
     if deck.initial_velocities:
         first, *others = deck.initial_velocities
         data["IC"] = {"Constant_Velocity": _keys(first), **(_sets(others) if others else {})}
+    if deck.container is not None:
+        data["Container"] = _keys(deck.container)
+    if deck.neighbor.model_fields_set:
+        data["Neighbor"] = _keys(deck.neighbor)
     data["Output"] = {**_keys(deck.output), "Path": str(deck.output.path)}
     return data
 
 
-def _keys(block: Block | None) -> dict[str, Any]:
-    """Keys that were given."""
+def _keys(block: Block | None, *, with_defaults: bool = True) -> dict[str, Any]:
+    """Keys that were given, those that repeat a default left out if so asked."""
     if block is None:
         return {}
     content: dict[str, Any] = block.model_dump(
-        mode="json", by_alias=True, exclude_unset=True, exclude_none=True
+        mode="json",
+        by_alias=True,
+        exclude_unset=True,
+        exclude_none=True,
+        exclude_defaults=not with_defaults,
     )
     return content
 
@@ -90,7 +102,7 @@ def _materials(deck: Deck, names: list[str]) -> dict[str, Any]:
             result[name] = {"Copy_Material_Data": first[text]}
         else:
             first[text] = number
-            result[name] = _keys(material)
+            result[name] = _keys(material, with_defaults=False)
     return result
 
 
@@ -147,6 +159,48 @@ def check_sayable(deck: Deck, held: Held) -> None:
         )
     if problems:
         raise InputError("\n".join(dict.fromkeys(problems)))
+
+
+def spelled_out(deck: Deck, stiffness: Callable[[int, int], float], box: FloatArray) -> Deck:
+    """Give a deck what the original program asks for and this one works out by itself.
+
+    Parameters
+    ----------
+    deck : Deck
+        Its blocks.
+    stiffness : callable
+        Gives Kn of two zones.
+    box : ndarray, shape (2, 3)
+        Corners [m] of the box of all nodes.
+
+    Returns
+    -------
+    Deck
+        With contact radius, Kn, container and search settings; it gives the same run.
+    """
+    contacts: dict[tuple[int, int], Contact] = {}
+    made: dict[tuple[int, float], Contact] = {}
+    for (i, j), contact in deck.contacts.items():
+        kn = stiffness(i, j)
+        if (id(contact), kn) not in made:
+            changes: dict[str, Any] = {}
+            if contact.kn is None:
+                changes |= {"kn": kn, "kn_factor": 1.0}
+            if contact.contact_radius is None and contact.contact_radius_factor is None:
+                changes["contact_radius_factor"] = 0.95
+            made[id(contact), kn] = contact.model_copy(update=changes)
+        contacts[i, j] = made[id(contact), kn]
+    margin = 10 * (box[1] - box[0])
+    corners = [*(box[0] - margin).tolist(), *(box[1] + margin).tolist()]
+    shape = "rectangle" if deck.model.dimension == 2 else "cuboid"
+    neighbor = {"Update_Criteria": "simple_all", "Search_Factor": 5.0, "Search_Interval": 1}
+    return replace(
+        deck,
+        contacts=contacts,
+        container=Container.model_validate({"Geometry": {"Type": shape, "Parameters": corners}}),
+        neighbor=Neighbor.model_validate(neighbor),
+        output=deck.output.model_copy(update={"path": Path("out")}),
+    )
 
 
 def write_deck(deck: Deck, held: Held, folder: Path) -> Path:

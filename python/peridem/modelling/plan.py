@@ -30,7 +30,7 @@ from ..mesh.checks import checked_mesh
 from ..mesh.data import RawMesh
 from ..outside import Outside
 from ..placement import Placement
-from .bodies import Body, Form
+from .bodies import Body, Form, MeshableShape
 from .contact import ContactRule, contact_block, pair_values, signature
 from .export import PLACES, deck_data, places_csv
 from .loads import LoadPart
@@ -203,7 +203,7 @@ class ModelPlan:
         """Block ``Particle.Zone_k``: the shape's own keys, or a circle or sphere around it."""
         shape = body.form.shape
         keys = shape.deck_keys if shape is not None else None
-        if shape is not None and keys is not None and shape.geometry.scale_length is not None:
+        if keys is not None and _has_keys(shape):
             content = dict(keys)
         else:
             if shape is not None:
@@ -256,11 +256,24 @@ class ModelPlan:
             listed = None
             if part.matches is not None:
                 listed = [ids[body] for body in order if part.matches(body)]
+                self._check_hat(part, [order[number] for number in listed])
             blocks.append(part.block(listed))
             if part.outside is not None:
                 outside[part.kind, counts[part.kind]] = part.outside
             counts[part.kind] += 1
         return blocks, outside
+
+    def _check_hat(self, part: LoadPart, bodies: Sequence[Body]) -> None:
+        """Check that a hat has the box of a shape that a deck can describe, or of a region."""
+        space = part.content.get("Spatial_Function", {}).get("Type", "")
+        if not space.startswith("hat") or "Region" in part.content:
+            return
+        for body in bodies:
+            if not _has_keys(body.form.shape):
+                raise InputError(
+                    f"{part.label}: space = {space!r}: is over the box of body {body.name!r}, "
+                    "which a deck cannot describe; give a region, two corners"
+                )
 
 
 class _Inputs:
@@ -283,6 +296,15 @@ class _Inputs:
             places = places_csv(self._held.placements)
             self._hashes["Particle_Generation.From_File"] = hashlib.sha256(places).hexdigest()
         return self._hashes
+
+
+def _has_keys(shape: MeshableShape | None) -> bool:
+    """Whether a deck can describe bodies of a shape, scaled and turned as they may be."""
+    return (
+        shape is not None
+        and shape.deck_keys is not None
+        and shape.geometry.scale_length is not None
+    )
 
 
 def _identified(deck: Deck) -> Deck:

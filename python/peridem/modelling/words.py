@@ -77,7 +77,8 @@ class Words:
         if len(digits) != 2:  # which zones is not clear from more digits
             return what
         one, other = (self._names(int(digit)) for digit in digits)
-        return f"contact of {one} and {other}" + (f": {argument}" if argument else "")
+        pair = f"among {one}" if one == other else f"of {one} with {other}"
+        return f"contact {pair}" + (f": {argument}" if argument else "")
 
     def _load(self, match: re.Match[str]) -> str:
         labels = self._loads[match[1].lower()]
