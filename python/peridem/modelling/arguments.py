@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from ..deck.fields import Block
+from ..deck.blocks import walk
+from ..deck.fields import Block, join
 from ..deck.messages import closest, field_at, rule_text, show
 from ..errors import InputError
 
@@ -73,16 +74,24 @@ _OTHER_NAMES = {
 def did_you_mean(word: Any, known: Iterable[str]) -> str:
     """Remedy for a name that is not one of those known."""
     names = list(known)
-    text = str(word)
-    other = _OTHER_NAMES.get(text.lower())
-    near = other if other in names else closest(text, names)
+    near = _nearest(str(word), names)
     return f"did you mean {near}?" if near else f"known are {', '.join(names)}"
+
+
+def _nearest(word: str, names: list[str]) -> str | None:
+    """Name that a word stands for, begins, is a part of, or is most like."""
+    other = _OTHER_NAMES.get(word.lower())
+    if other in names:
+        return other
+    parts = [name for name in names if len(word) > 2 and word.lower() in name.lower()]
+    return parts[0] if len(parts) == 1 else closest(word, names)
 
 
 def choice(value: Any, known: Sequence[str], where: str) -> str:
     """Return one of some words, checked."""
     if not isinstance(value, str) or value not in known:
-        remedy = did_you_mean(value, known)
+        near = _nearest(str(value), list(known))
+        remedy = f"did you mean {near}?" if near else "choose one of them"
         raise InputError(f"{where} = {value!r}: must be one of {', '.join(known)}; {remedy}")
     return value
 
@@ -188,16 +197,11 @@ def validated(model: type[B], values: Mapping[str, Any], who: str, names: Mappin
             rule = rule_text(one, field_at(model, one["loc"]))
             lines.append(_text(who, path, rule, content, names))
         raise InputError("\n".join(dict.fromkeys(lines))) from None
-    broken = []
-    for key, text in block.rules():
-        broken.append(_text(who, key, text, content, names))
-    for name, info in type(block).model_fields.items():
-        inner = getattr(block, name)
-        if isinstance(inner, Block) and name in block.model_fields_set:
-            path = str(info.alias)
-            broken += [
-                _text(who, f"{path}.{key}", text, content, names) for key, text in inner.rules()
-            ]
+    broken = [
+        _text(who, join(path, key), text, content, names)
+        for path, inner in walk(block, "")
+        for key, text in inner.rules()
+    ]
     if broken:
         raise InputError("\n".join(broken))
     return block

@@ -9,9 +9,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..deck import DisplacementSet, ForceSet
+from ..deck import DisplacementSet, ForceSet, Geometry
 from ..deck.loads import DISPLACEMENT_TIMES, FORCE_TIMES, SPATIAL_PARAMETERS
 from ..errors import InputError
+from ..geometry import make_shape
 from ..outside import FloatArray, NodeChoice, Outside, TimeCallable
 from .arguments import choice, number, plain, show_value, validated, vector
 from .bodies import Body
@@ -28,6 +29,8 @@ _NAMES = {
     "Region.Geometry": "region",
     "Direction": "directions",
     "Geometry": "region",
+    "Region.Geometry.Parameters": "region",
+    "Parameters": "its parameters",
 }
 
 
@@ -147,7 +150,7 @@ def parse_region(
     if value is None:
         return None, None
     if isinstance(value, Mapping):
-        return {key: plain(one) for key, one in value.items()}, None
+        return _tried({key: plain(one) for key, one in value.items()}, dimension, who), None
     if hasattr(value, "geometry"):
         keys = getattr(value, "deck_keys", None)
         if keys is not None:
@@ -160,11 +163,20 @@ def parse_region(
     if isinstance(corners, list) and len(corners) == 2:
         lower, upper = (vector(one, f"{who}: region", dimension) for one in corners)
         kind = "rectangle" if dimension == 2 else "cuboid"
-        return {"Type": kind, "Parameters": [*lower, *upper]}, None
+        return _tried({"Type": kind, "Parameters": [*lower, *upper]}, dimension, who), None
     raise InputError(
         f"{who}: region = {show_value(value)}: must be two corners, a shape, the keys of a shape "
         "in a deck, or a function of positions (n, 3) that returns n flags; give one of them"
     )
+
+
+def _tried(keys: dict[str, Any], dimension: int, who: str) -> dict[str, Any]:
+    """Return the keys of a region after a shape was made of them."""
+    region = validated(Geometry, keys, f"{who}: region", {})
+    parameters = region.parameters or ()
+    where = f"{who}: region"
+    make_shape(region.type, parameters, region.vec_type, region.vec_flag, dimension, where=where)
+    return keys
 
 
 def _choice_by(function: Callable[[FloatArray], Any], who: str) -> NodeChoice:
@@ -231,7 +243,8 @@ def _named(value: Any, known: Sequence[str], where: str) -> tuple[str, list[floa
         given = [given]
     if not isinstance(given, list) or not given or not isinstance(given[0], str):
         return None
-    return choice(given[0], known, where), given[1:]
+    parameters = [number(one, f"{where}: parameter {k}") for k, one in enumerate(given[1:], 1)]
+    return choice(given[0], known, where), parameters
 
 
 def motion_parts(target: Target, label: str, displacement: Any, velocity: Any) -> list[LoadPart]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from .arguments import did_you_mean, show_value, vectors
@@ -95,16 +96,25 @@ def _of_table(table: Any, shape: Any, given: Mapping[str, Any], dimension: int) 
             _not_twice(argument, given)
             array = np.zeros((len(table), 3))
             for name in present:
-                array[:, parts.index(name)] = np.asarray(table[name], dtype=float)
+                array[:, parts.index(name)] = _column(table, name)
             columns[argument] = array
     for argument in ("scale", "angle", "spin"):
         if argument in names:
             _not_twice(argument, given)
-            columns[argument] = np.asarray(table[argument], dtype=float)
+            columns[argument] = _column(table, argument)
     columns["shape"] = shape
     if "shape" in names:
         columns["shape"] = _picked(table["shape"], shape)
     return columns
+
+
+def _column(table: Any, name: str) -> NDArray[np.float64]:
+    try:
+        return np.asarray(table[name], dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{_WHO}: column {name!r}: must hold numbers only; correct the table"
+        ) from None
 
 
 def _not_twice(argument: str, given: Mapping[str, Any]) -> None:

@@ -21,6 +21,7 @@ _REST = {
     "the deck's": "the model's",
     "the deck": "the model",
     "Kn": "stiffness",
+    "Region": "region",
     "Output.Tags": "tags",
     "Model.Compatibility": "compatibility",
 }
