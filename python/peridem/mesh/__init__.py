@@ -3,6 +3,5 @@
 from .data import Mesh
 from .reader import read_mesh
 from .uniform import uniform_rectangle_mesh
-from .writer import mesh_file
 
-__all__ = ["Mesh", "mesh_file", "read_mesh", "uniform_rectangle_mesh"]
+__all__ = ["Mesh", "read_mesh", "uniform_rectangle_mesh"]

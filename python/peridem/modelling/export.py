@@ -16,9 +16,9 @@ from ..deck.fields import Block
 from ..deck.schema import Container
 from ..errors import InputError
 from ..files import make_folder, replace_file
-from ..mesh import mesh_file
 from ..outside import FloatArray
 from ..placement import Placement
+from .mesh_files import mesh_content
 
 DECK = "input.yaml"
 PLACES = "particle_locations.csv"
@@ -232,7 +232,7 @@ def write_deck(deck: Deck, held: Held, folder: Path) -> Path:
         assert zone.file is not None
         path = folder / zone.file.name
         if path not in done:
-            _write(path, mesh_file(mesh)[1])
+            _write(path, mesh_content(mesh))
             done.add(path)
     _write(folder / PLACES, places_csv(held.placements))
     _write(folder / DECK, yaml_text(deck_data(deck)).encode("utf-8"))

@@ -25,7 +25,7 @@ from ..deck import (
 )
 from ..deck.schema import ParticleGeneration
 from ..errors import InputError
-from ..mesh import Mesh, mesh_file
+from ..mesh import Mesh
 from ..mesh.checks import checked_mesh
 from ..mesh.data import RawMesh
 from ..outside import Outside
@@ -34,6 +34,7 @@ from .bodies import Body, Form, MeshableShape
 from .contact import ContactRule, contact_block, pair_values, signature
 from .export import PLACES, deck_data, places_csv
 from .loads import LoadPart
+from .mesh_files import mesh_content, suffix_of
 from .source import ModelSource
 from .words import Words
 
@@ -286,7 +287,7 @@ class _Inputs:
     def __call__(self) -> dict[str, str]:
         if self._hashes is None:
             of_mesh = {
-                id(mesh): hashlib.sha256(mesh_file(mesh)[1]).hexdigest()
+                id(mesh): hashlib.sha256(mesh_content(mesh)).hexdigest()
                 for mesh in self._held.meshes
             }
             self._hashes = {
@@ -320,8 +321,7 @@ def _first_of(meshes: list[Mesh]) -> list[tuple[int, str]]:
     found = []
     for mesh in meshes:
         number = numbers.setdefault(id(mesh), len(numbers) + 1)
-        kind = ".msh" if mesh.volumes is None else ".csv" if mesh.cell_type == "none" else ".vtu"
-        found.append((number, kind))
+        found.append((number, suffix_of(mesh)))
     return found
 
 
