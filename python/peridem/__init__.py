@@ -14,14 +14,46 @@ from .bonds import Bonds
 from .deck import Deck, read_deck
 from .errors import InputError, NumericalError
 from .model import DEMModel, Particle
+from .shapes import (
+    Annulus,
+    AnnulusRectangle,
+    Circle,
+    Composite,
+    ConcaveHexagon,
+    Cube,
+    Cuboid,
+    Cylinder,
+    Ellipse,
+    Hexagon,
+    Polygon,
+    Rectangle,
+    Sphere,
+    Square,
+    Triangle,
+)
 
 __all__ = [
+    "Annulus",
+    "AnnulusRectangle",
     "Bonds",
+    "Circle",
+    "Composite",
+    "ConcaveHexagon",
+    "Cube",
+    "Cuboid",
+    "Cylinder",
     "DEMModel",
     "Deck",
+    "Ellipse",
+    "Hexagon",
     "InputError",
     "NumericalError",
     "Particle",
+    "Polygon",
+    "Rectangle",
+    "Sphere",
+    "Square",
+    "Triangle",
     "__version__",
     "read_deck",
 ]
