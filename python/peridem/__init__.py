@@ -26,9 +26,11 @@ from .shapes import (
     Ellipse,
     Hexagon,
     Polygon,
+    Polyhedron,
     Rectangle,
     Sphere,
     Square,
+    Surface,
     Triangle,
 )
 
@@ -50,9 +52,11 @@ __all__ = [
     "NumericalError",
     "Particle",
     "Polygon",
+    "Polyhedron",
     "Rectangle",
     "Sphere",
     "Square",
+    "Surface",
     "Triangle",
     "__version__",
     "read_deck",

@@ -8,6 +8,7 @@ import io
 import os
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -105,7 +106,29 @@ def _read_vtu(file: Path, content: bytes) -> RawMesh:
 
 
 def _read_with_meshio(file: Path) -> RawMesh:
-    """Read a .vtu through meshio, which may print, raise anything or leave through sys.exit."""
+    found = read_with_meshio(file, "vtu")
+    return _collected(file, found.points, found.cells, found.point_data.get(VOLUME_NAME))
+
+
+def read_with_meshio(file: Path, file_format: str | None = None) -> Any:
+    """Read a file through meshio, which may print, raise anything or leave through sys.exit.
+
+    Parameters
+    ----------
+    file : Path
+        The file.
+    file_format : str, optional
+        Name that meshio has for the format, by the ending of the file unless given.
+
+    Returns
+    -------
+    meshio.Mesh
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
     # loaded late, as most meshes do not need it; by name, as it has no type information
     meshio = importlib.import_module("meshio")
     said = io.StringIO()
@@ -116,14 +139,14 @@ def _read_with_meshio(file: Path) -> RawMesh:
             warnings.catch_warnings(),
         ):
             warnings.simplefilter("ignore")
-            found = meshio.read(file, file_format="vtu")
+            return meshio.read(file, file_format=file_format)
     except (Exception, SystemExit) as error:
         reason = " ".join((str(error) or type(error).__name__).split())
+        kind = (file_format or file.suffix.lstrip(".")).upper()
         raise InputError(
-            f"{file}: the file cannot be read as a VTU mesh ({reason}): it is damaged "
+            f"{file}: the file cannot be read as a {kind} mesh ({reason}): it is damaged "
             "or cut off; write it again"
         ) from None
-    return _collected(file, found.points, found.cells, found.point_data.get(VOLUME_NAME))
 
 
 def _collected(file: Path, points: object, cells: object, volumes: object) -> RawMesh:

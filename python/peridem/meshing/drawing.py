@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..geometry import Region, Shape
+from ..geometry import Region, Shape, Solid
 from ..geometry.base import FloatArray
 from ..geometry.composite import Complex, Difference
 from ..geometry.primitives import Ball, Box, Cylinder, Ellipse, Polygon
+
+_SHARP = math.radians(40.0)
+"""Angle between triangles from which their common edge is one of the body."""
+
+_MOST_FACES = 2000
 
 Entities = list[tuple[int, int]]
 """Dimension and number of each."""
@@ -36,6 +43,28 @@ def draw(gmsh: Any, geometry: Shape) -> None:
     if not entities:
         raise InputError(f"{geometry.type}: nothing is left of it; take less away")
     gmsh.model.occ.synchronize()
+
+
+def draw_faces(gmsh: Any, points: FloatArray, faces: Sequence[Sequence[int]]) -> None:
+    """Draw the solid within plane faces in the current model of gmsh."""
+    _faces(gmsh.model.occ, points, faces)
+    gmsh.model.occ.synchronize()
+
+
+def draw_surface(gmsh: Any, points: FloatArray, triangles: NDArray[np.int64]) -> None:
+    """Draw the solid within a closed surface that is to be meshed anew.
+
+    The surface is cut at its sharp edges and into pieces that can be laid flat.
+    """
+    model = gmsh.model
+    surface = model.addDiscreteEntity(2)
+    model.mesh.addNodes(2, surface, np.arange(1, len(points) + 1), points.ravel())
+    model.mesh.addElementsByType(surface, 2, [], (triangles + 1).ravel())
+    model.mesh.classifySurfaces(_SHARP, True, True, np.pi)
+    model.mesh.createGeometry()
+    loop = model.geo.addSurfaceLoop([tag for _, tag in model.getEntities(2)])
+    model.geo.addVolume([loop])
+    model.geo.synchronize()
 
 
 def _drawn(occ: Any, geometry: Shape) -> Entities:
@@ -86,6 +115,29 @@ def _loop(occ: Any, vertices: FloatArray) -> int:
     return int(occ.addCurveLoop([occ.addLine(a, b) for a, b in zip(points, ends, strict=True)]))
 
 
+def _solid(occ: Any, solid: Solid) -> Entities:
+    if len(solid.triangles) > _MOST_FACES:
+        raise InputError(
+            f"{solid.type}: {len(solid.triangles)} triangles: at most {_MOST_FACES} can be put "
+            "together with other shapes; use a coarser surface"
+        )
+    return _faces(occ, solid.points, solid.triangles.tolist())
+
+
+def _faces(occ: Any, points: FloatArray, faces: Sequence[Sequence[int]]) -> Entities:
+    tags = [occ.addPoint(*xyz) for xyz in points]
+    lines: dict[tuple[int, int], int] = {}
+    surfaces = []
+    for face in faces:
+        loop = []
+        for i, j in zip(face, (*face[1:], face[0]), strict=True):
+            if (j, i) not in lines and (i, j) not in lines:
+                lines[i, j] = occ.addLine(tags[i], tags[j])
+            loop.append(lines[i, j] if (i, j) in lines else -lines[j, i])
+        surfaces.append(occ.addPlaneSurface([occ.addCurveLoop(loop)]))
+    return [(3, occ.addVolume([occ.addSurfaceLoop(surfaces)]))]
+
+
 def _cylinder(occ: Any, cylinder: Cylinder) -> Entities:
     return [(3, occ.addCylinder(*cylinder.base, *cylinder.axis, cylinder.radius))]
 
@@ -116,6 +168,7 @@ _DRAWERS: dict[type[Shape], Callable[[Any, Any], Entities]] = {
     Ellipse: _ellipse,
     Polygon: _polygon,
     Region: _region,
+    Solid: _solid,
     Cylinder: _cylinder,
     Difference: _difference,
     Complex: _complex,

@@ -15,6 +15,7 @@ from .plane import (
     Triangle,
 )
 from .polygon import Polygon
+from .polyhedron import Polyhedron, Surface
 from .solid import Cube, Cuboid, Cylinder, Sphere
 
 __all__ = [
@@ -31,8 +32,10 @@ __all__ = [
     "Ellipse",
     "Hexagon",
     "Polygon",
+    "Polyhedron",
     "Rectangle",
     "Sphere",
     "Square",
+    "Surface",
     "Triangle",
 ]

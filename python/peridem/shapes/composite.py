@@ -29,8 +29,8 @@ class Composite(BodyShape):
         True adds the member to what the ones before it made, False takes it away.
     """
 
-    members: tuple[BodyShape, ...]
-    signs: tuple[bool, ...]
+    members: Sequence[BodyShape]
+    signs: Sequence[bool]
 
     def __post_init__(self) -> None:
         members, signs = tuple(self.members), tuple(bool(sign) for sign in self.signs)
@@ -55,7 +55,7 @@ class Composite(BodyShape):
         That is exact when what is added does not overlap and what is taken away was there.
         """
         members = tuple(member.geometry for member in self.members)
-        return Complex(type="complex", members=members, signs=self.signs)
+        return Complex(type="complex", members=members, signs=tuple(self.signs))
 
     @property
     def deck_keys(self) -> dict[str, Any] | None:

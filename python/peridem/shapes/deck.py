@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 from ..errors import InputError
 from ..geometry import Shape as Geometry
 from ..geometry import make_shape
-from .base import BodyShape, Point, Self, factor_of, point
+from .base import BodyShape, Self, factor_of, point
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -24,7 +24,7 @@ class DeckShape(BodyShape):
         Centre [m] in the reference position; the origin unless said otherwise.
     """
 
-    center: Point = (0.0, 0.0, 0.0)
+    center: Sequence[float] = (0.0, 0.0, 0.0)
 
     _type: ClassVar[str]
     _scalable: ClassVar[tuple[str, ...]]

@@ -32,8 +32,8 @@ class Polygon(BodyShape):
         Corners [m] of each hole; holes lie inside and apart from each other.
     """
 
-    points: tuple[Point, ...]
-    holes: tuple[tuple[Point, ...], ...] = ()
+    points: ArrayLike
+    holes: Sequence[ArrayLike] = ()
 
     def __post_init__(self) -> None:
         outer = _loop("points", self.points, turns=1)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..errors import InputError
-from .base import Point, point
+from .base import point
 from .deck import DeckShape
 from .plane import corners
 
@@ -107,7 +107,7 @@ class Cylinder(DeckShape):
 
     radius: float
     height: float
-    axis: Point = (0.0, 0.0, 1.0)
+    axis: Sequence[float] = (0.0, 0.0, 1.0)
     _type: ClassVar[str] = "cylinder"
     _scalable: ClassVar[tuple[str, ...]] = ("radius", "height")
 
