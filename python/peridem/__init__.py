@@ -13,6 +13,7 @@ from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck
 from .errors import InputError, NumericalError
+from .meshing import MeshQuality, MeshWarning, mesh_quality
 from .model import DEMModel, Particle
 from .shapes import (
     Annulus,
@@ -24,7 +25,9 @@ from .shapes import (
     Cuboid,
     Cylinder,
     Ellipse,
+    GmshGeometry,
     Hexagon,
+    MeshFile,
     Polygon,
     Polyhedron,
     Rectangle,
@@ -47,8 +50,12 @@ __all__ = [
     "DEMModel",
     "Deck",
     "Ellipse",
+    "GmshGeometry",
     "Hexagon",
     "InputError",
+    "MeshFile",
+    "MeshQuality",
+    "MeshWarning",
     "NumericalError",
     "Particle",
     "Polygon",
@@ -59,5 +66,6 @@ __all__ = [
     "Surface",
     "Triangle",
     "__version__",
+    "mesh_quality",
     "read_deck",
 ]

@@ -7,6 +7,7 @@ import importlib
 import io
 import os
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +47,7 @@ def read_mesh(path: str | os.PathLike[str], dimension: int) -> Mesh:
         nodes belong to no element, or elements have no volume.
     """
     file = Path(path)
-    readers = {".msh": _read_msh, ".vtu": _read_vtu, ".csv": _read_csv}
-    reader = readers.get(file.suffix.lower())
+    reader = _READERS.get(file.suffix.lower())
     if reader is None:
         raise InputError(
             f"{file}: mesh file ends in {file.suffix!r}: only .msh, .vtu and .csv can be read; "
@@ -55,6 +55,33 @@ def read_mesh(path: str | os.PathLike[str], dimension: int) -> Mesh:
         )
     content = _content(file)
     return checked_mesh(reader(file, content), dimension, str(file))
+
+
+def read_raw_mesh(path: str | os.PathLike[str]) -> RawMesh:
+    """Read all elements of a mesh file, in the formats of `read_mesh` or any of meshio's.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; its ending says the format.
+
+    Returns
+    -------
+    RawMesh
+        Unchecked; see `peridem.mesh.checks.checked_mesh`.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    file = Path(path)
+    reader = _READERS.get(file.suffix.lower())
+    content = _content(file)
+    if reader is not None:
+        return reader(file, content)
+    found = read_with_meshio(file)
+    return _collected(file, found.points, found.cells, found.point_data.get(VOLUME_NAME))
 
 
 def _content(file: Path) -> bytes:
@@ -102,10 +129,6 @@ def _read_vtu(file: Path, content: bytes) -> RawMesh:
         raise InputError(
             f"{file}: the file holds no UnstructuredGrid: it is not a VTU mesh; write it again"
         )
-    return _read_with_meshio(file)
-
-
-def _read_with_meshio(file: Path) -> RawMesh:
     found = read_with_meshio(file, "vtu")
     return _collected(file, found.points, found.cells, found.point_data.get(VOLUME_NAME))
 
@@ -212,3 +235,10 @@ def _csv_row(file: Path, number: int, line: str, names: list[str]) -> list[float
             f"{file}:{number}: id = {values[0].strip()}: must be an integer; number anew"
         )
     return row
+
+
+_READERS: dict[str, Callable[[Path, bytes], RawMesh]] = {
+    ".msh": _read_msh,
+    ".vtu": _read_vtu,
+    ".csv": _read_csv,
+}

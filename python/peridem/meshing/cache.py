@@ -70,37 +70,39 @@ def mesh_key(shape: Hashable, size: float, version: str) -> Key:
     return shape, size, f"{_FORMAT} {version}"
 
 
-def find(key: Key | None) -> Mesh | None:
-    """Return a mesh that was kept, None if there is none."""
+def find_in_memory(key: Key | None) -> Mesh | None:
+    """Return a mesh that was made or read before, None if there is none."""
     if key is None:
         return None
     with _lock:
         found = _memory.get(key)
         if found is not None:
             _memory.move_to_end(key)
-            return found
-    found = _read(_file(key))
-    if found is not None:
-        _remember(key, found)
     return found
 
 
-def keep(key: Key | None, mesh: Mesh) -> None:
-    """Keep a mesh in memory and, when its shape has a name for disk, in a file."""
+def remember(key: Key | None, mesh: Mesh) -> None:
+    """Keep a mesh in memory."""
     if key is None:
         return
-    _remember(key, mesh)
-    file = _file(key)
-    if file is not None:
-        with contextlib.suppress(OSError):  # a full or read-only disk costs time, no result
-            _write(file, mesh)
-
-
-def _remember(key: Key, mesh: Mesh) -> None:
     with _lock:
         _memory[key] = mesh
         while len(_memory) > _MOST_IN_MEMORY:
             _memory.popitem(last=False)
+
+
+def find_on_disk(key: Key | None) -> Mesh | None:
+    """Return a mesh from its file, None if there is none or the file is damaged."""
+    file = None if key is None else _file(key)
+    return None if file is None else _read(file)
+
+
+def write_to_disk(key: Key | None, mesh: Mesh) -> None:
+    """Write a mesh to its file, if it has one; a full or read-only disk costs time, no result."""
+    file = None if key is None else _file(key)
+    if file is not None:
+        with contextlib.suppress(OSError):
+            _write(file, mesh)
 
 
 def _file(key: Key) -> Path | None:
@@ -112,10 +114,8 @@ def _file(key: Key) -> Path | None:
     return folder / f"{hashlib.sha256(text.encode()).hexdigest()[:40]}{_SUFFIX}"
 
 
-def _read(file: Path | None) -> Mesh | None:
+def _read(file: Path) -> Mesh | None:
     """Read a mesh; None if there is none or the file is damaged, which a checksum tells."""
-    if file is None:
-        return None
     try:
         with np.load(file, allow_pickle=False) as stored:
             points, cells = stored["points"], stored["cells"]

@@ -28,7 +28,7 @@ _OPTIONS: dict[str, float] = {
     "Mesh.MeshSizeFactor": 1,
     "Mesh.MeshSizeExtendFromBoundary": 0,
     "Mesh.MeshSizeFromPoints": 0,
-    "Mesh.MeshSizeFromCurvature": 0,
+    "Mesh.MeshSizeFromCurvature": 8,  # elements around a circle, where the mesh size gives fewer
     "Mesh.MeshSizeMin": 0,
     "Mesh.MeshSizeMax": 1e22,
     "Mesh.Smoothing": 10,
@@ -94,8 +94,7 @@ def gmsh_model() -> Iterator[Any]:
         before = {name: gmsh.option.getNumber(name) for name in _OPTIONS} if was_open else {}
         current = gmsh.model.getCurrent() if was_open else ""
         try:
-            for name, value in _OPTIONS.items():
-                gmsh.option.setNumber(name, value)
+            set_options(gmsh)
             gmsh.model.add(_MODEL)
             yield gmsh
         finally:
@@ -105,8 +104,13 @@ def gmsh_model() -> Iterator[Any]:
                 gmsh.finalize()
 
 
+def set_options(gmsh: Any) -> None:
+    """Set our options, which a drawing may have changed."""
+    for name, value in _OPTIONS.items():
+        gmsh.option.setNumber(name, value)
+
+
 def _put_back(gmsh: Any, options: dict[str, float], current: str) -> None:
-    gmsh.model.mesh.removeSizeCallback()
     gmsh.model.setCurrent(_MODEL)
     gmsh.model.remove()
     if current in gmsh.model.list():

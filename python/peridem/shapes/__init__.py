@@ -3,6 +3,7 @@
 from .base import BodyShape
 from .composite import Composite
 from .deck import DeckShape
+from .files import GmshGeometry, MeshFile
 from .plane import (
     Annulus,
     AnnulusRectangle,
@@ -30,7 +31,9 @@ __all__ = [
     "Cylinder",
     "DeckShape",
     "Ellipse",
+    "GmshGeometry",
     "Hexagon",
+    "MeshFile",
     "Polygon",
     "Polyhedron",
     "Rectangle",

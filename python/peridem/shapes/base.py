@@ -29,6 +29,10 @@ SMALLEST, LARGEST = 1e-20, 1e20
 """Bounds [m] on every length of a shape: fifth powers of lengths must be numbers."""
 
 
+_NEAR = 4.0
+"""Shapes farther from the origin than this, by their bounding radius, are drawn at the origin."""
+
+
 class NamedArguments(ABCMeta):
     """Checks the names of arguments, to say which was meant."""
 
@@ -40,7 +44,8 @@ class NamedArguments(ABCMeta):
         InputError
             If an argument has no name, an unknown one, or is missing.
         """
-        fields = sorted(dataclasses.fields(cls), key=_is_optional)  # type: ignore[arg-type]
+        every = sorted(dataclasses.fields(cls), key=_is_optional)  # type: ignore[arg-type]
+        fields = [field for field in every if field.init]
         names = [field.name for field in fields]
         call = f"{cls.__name__}({', '.join(f'{name}=...' for name in names)})"
         if args:
@@ -155,6 +160,19 @@ class BodyShape(metaclass=NamedArguments):
         from ..meshing.drawing import draw
 
         draw(gmsh, self.geometry)
+
+    def drawable(self) -> tuple[BodyShape, float, Point]:
+        """Return the shape to be drawn, and scale and displacement [m] that bring it back.
+
+        CAD kernels want bodies of about unit size near the origin. The scale is a power of two,
+        so that it changes no digit.
+        """
+        geometry = self.geometry
+        scale = 2.0 ** round(math.log2(geometry.bounding_radius))
+        x, y, z = geometry.center.tolist()
+        if math.hypot(x, y, z) <= _NEAR * geometry.bounding_radius:
+            return self.scaled(1.0 / scale), scale, (0.0, 0.0, 0.0)
+        return self.moved((-x, -y, -z)).scaled(1.0 / scale), scale, (x, y, z)
 
     @property
     def key(self) -> Hashable:

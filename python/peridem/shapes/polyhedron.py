@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import os
 from collections.abc import Hashable, Sequence
@@ -20,8 +19,8 @@ from ..geometry.base import FloatArray
 from . import surfaces
 from .base import BodyShape, factor_of, length, point, points_of
 from .surfaces import Faces, IntArray
+from .units import unit_length
 
-_UNITS = {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 _MERGE = 1e-6  # of the size: coordinates of STL files have seven digits
 
 
@@ -116,7 +115,7 @@ class Surface(BodyShape):
     points: FloatArray = field(compare=False)
     triangles: IntArray = field(compare=False)
     source: str = field(default="", compare=False)
-    digest: str = field(default="", repr=False)
+    digest: str = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         where = self.source or "Surface"
@@ -155,7 +154,7 @@ class Surface(BodyShape):
             If the file cannot be read, or its surface is not closed and oriented.
         """
         file = Path(path)
-        scale = _unit(unit)
+        scale = unit_length("Surface", unit)
         points, triangles = _read_stl(file)
         size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
         points, triangles = surfaces.merged(points, triangles, _MERGE * size)
@@ -212,16 +211,6 @@ def _check_volume(where: str, volume: float, points: FloatArray) -> None:
         raise InputError(
             f"{where}: the surface encloses no volume ({volume:.2g} m^3); give one that does"
         )
-
-
-def _unit(unit: str | float) -> float:
-    if isinstance(unit, str):
-        if unit not in _UNITS:
-            near = difflib.get_close_matches(unit.lower(), list(_UNITS), n=1, cutoff=0.4)
-            remedy = f"did you mean {near[0]}?" if near else "use " + ", ".join(_UNITS)
-            raise InputError(f"Surface: unit = {unit!r}: no such unit; {remedy}")
-        return _UNITS[unit]
-    return length("Surface", "unit", unit)
 
 
 def _read_stl(file: Path) -> tuple[FloatArray, IntArray]:
