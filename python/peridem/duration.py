@@ -45,12 +45,16 @@ def interval_in_steps(name: str, value: Any, dt: float) -> int:
     return steps
 
 
-def duration_until(until: float, dt: float) -> tuple[float, int]:
+def duration_until(until: float, dt: float, every: float | None = None) -> tuple[float, int]:
     """Return duration and number of steps for a time to reach with steps of at most `dt` [s].
 
-    The time step is `dt` to the last bit where whole steps of it reach the time and their number
-    allows, else the time by the number of steps.
+    Whole steps fill the interval `every` [s], too, if there is one and it fills the time. Else
+    the time step is `dt` to the last bit where whole steps of it reach the time and their number
+    allows, or the time by the number of steps.
     """
+    intervals = round(until / every) if every is not None and every > 0 else 0
+    if every is not None and intervals and abs(until / every - intervals) <= 1e-6:
+        return until, intervals * max(steps_until(every, dt), 1)
     steps = max(steps_until(until, dt), 1)
     exact = _product(dt, steps) if abs(until / steps - dt) <= ROUND_OFF * dt else None
     return (until if exact is None else exact), steps

@@ -366,6 +366,7 @@ class DEMModel(StagedModel):
         if until is not None:
             until = number(until, "until", above=0, unit="s")
         folder = None if output is None else Path(output)
+        self._every_wanted = every if isinstance(every, float) else None
         last = self._resumed(folder, until, steps) if resume else self._last_step(until, steps)
         dt = self.dt
         self._plan_output(folder, every, tags)

@@ -73,6 +73,7 @@ class StagedModel(InteractionBuilder, ModelView):
         self._allow_overlap = allow_overlap
         self._initialized = False
         self._duration_known = False
+        self._every_wanted: float | None = None
         self._time_step_from = "the deck"
         self._output_seconds = 0.0
         self._restarts = False
@@ -192,7 +193,8 @@ class StagedModel(InteractionBuilder, ModelView):
             return
         dt = self._wanted_time_step()
         if until is not None:
-            self._set_duration(*duration_until(until, dt))
+            every = self._every_wanted if self._dt_wanted is None else None
+            self._set_duration(*duration_until(until, dt, every))
         elif steps is not None:
             self._set_duration(*duration_until(dt * max(steps, 1), dt))
         else:

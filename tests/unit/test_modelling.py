@@ -204,6 +204,21 @@ def test_packings_tables_and_arrays_add_the_same_bodies() -> None:
         same(model, expected)
 
 
+def test_a_table_gives_radii_and_axes() -> None:
+    table = pandas.DataFrame({"x": [0, 4e-3], "y": [0, 0], "radius": [1e-3, 1.5e-3]})
+    model = pd.DEMModel()
+    bodies = model.add_particles(table, shape=Disc(), material=glass(), mesh_size=SIZE)
+    assert [body.scale for body in bodies] == pytest.approx([1, 1.5], rel=1e-15)
+    turned = pandas.DataFrame(
+        {"x": [0.0], "y": [0.0], "z": [1.0], "angle": [0.5], "ax": [1.0], "ay": [2.0], "az": [0.0]}
+    )
+    solid = pd.DEMModel(3)
+    (body,) = solid.add_particles(
+        turned, shape=Block((1e-3,) * 3), material=glass(), mesh_size=2.5e-4
+    )
+    assert (body.at, body.angle, body.axis) == ((0, 0, 1), 0.5, (1, 2, 0))
+
+
 def test_groups_can_be_sliced_selected_and_named() -> None:
     model = pd.DEMModel(threads=1)
     grains = model.add_particles(shape=Disc(), at=AT, material=glass(), mesh_size=SIZE, name="g")
@@ -310,6 +325,11 @@ def test_the_time_step_is_the_one_given_or_part_of_the_stable_one() -> None:
     assert model.n == np.ceil(2e-5 / (0.25 * stable))
     assert model.dt == 2e-5 / model.n
     assert model.summary()["dt_from"].startswith("0.25 of the estimated stable one")
+    even = two_discs(dt=None)
+    even.run(until=2e-5, every=5e-6)  # whole steps between outputs
+    assert even.n % 4 == 0
+    assert even.dt == 2e-5 / even.n <= 0.5 * stable
+    assert even.output_interval == even.n // 4
     model.run(until=2.1e-5)
     assert model.time == pytest.approx(2.1e-5, abs=model.dt)
     before = model.n

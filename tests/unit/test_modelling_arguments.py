@@ -114,6 +114,8 @@ PARTICLES: list[tuple[Any, dict[str, Any], str]] = [
     (table(x=1, y=1), {"shape": DISC, "at": TWO}, "at: is given besides the table"),
     (table(x=1, y=1, shape=3), {"shape": [DISC]}, "column 'shape': 3: must be from 0 to 0"),
     (table(x=1, y=1, shape=0), {"shape": DISC}, "must be a sequence of shapes"),
+    (table(x=1, y=1, radius=3), {"shape": DISC, "scale": 1}, "is given besides the column"),
+    (table(x=1, y=1, radius=3), {"shape": 3}, "shape = 3: must be a shape"),
     (table(x=1, y=1, angle=3), {"shape": DISC, "angle": 1}, "is given besides the column"),
 ]
 

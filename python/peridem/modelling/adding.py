@@ -109,9 +109,9 @@ class BodyBuilder:
         Parameters
         ----------
         source : Packing or DataFrame, optional
-            A packing; or a table with the columns x, y[, z], and optionally scale, angle,
-            vx, vy[, vz], spin, and shape (the position in a sequence of shapes). Without it `shape`
-            and `at` are needed.
+            A packing; or a table with the columns x, y[, z] and optionally scale (or radius, the
+            bounding radius of the body), angle[, ax, ay, az], vx, vy[, vz], spin, and shape (the
+            position in a sequence of shapes). Without it `shape` and `at` are needed.
         material : Material
             Their material.
         mesh_size : float

@@ -13,10 +13,10 @@ from .arguments import did_you_mean, show_value, vectors
 
 _WHO = "add_particles"
 _PACKING = ("shapes", "shape_index", "positions", "scales", "angles")
-_COLUMNS = ("x", "y", "z", "scale", "angle", "vx", "vy", "vz", "spin", "shape")
 _PLACES = ("x", "y", "z")
+_AXES = ("ax", "ay", "az")
 _VELOCITIES = ("vx", "vy", "vz")
-_IGNORED_OF_PACKINGS = ("ax", "ay", "az", "radius")
+_COLUMNS = (*_PLACES, "scale", "radius", "angle", *_AXES, *_VELOCITIES, "spin", "shape")
 
 Row = dict[str, Any]
 
@@ -82,7 +82,7 @@ def _of_packing(packing: Any, shape: Any, given: Mapping[str, Any]) -> Row:
 def _of_table(table: Any, shape: Any, given: Mapping[str, Any], dimension: int) -> Row:
     names = [str(name) for name in table.columns]
     for name in names:
-        if name not in (*_COLUMNS, *_IGNORED_OF_PACKINGS):
+        if name not in _COLUMNS:
             raise InputError(f"{_WHO}: column {name!r}: is unknown; {did_you_mean(name, _COLUMNS)}")
     for name in ("x", "y"):
         if name not in names:
@@ -90,7 +90,7 @@ def _of_table(table: Any, shape: Any, given: Mapping[str, Any], dimension: int) 
     if given["at"] is not None:
         raise InputError(f"{_WHO}: at: is given besides the table; leave it out")
     columns: Row = dict(given)
-    for argument, parts in (("at", _PLACES), ("velocity", _VELOCITIES)):
+    for argument, parts in (("at", _PLACES), ("velocity", _VELOCITIES), ("axis", _AXES)):
         present = [name for name in parts if name in names]
         if present:
             _not_twice(argument, given)
@@ -105,7 +105,19 @@ def _of_table(table: Any, shape: Any, given: Mapping[str, Any], dimension: int) 
     columns["shape"] = shape
     if "shape" in names:
         columns["shape"] = _picked(table["shape"], shape)
+    if "radius" in names and "scale" not in names:
+        _not_twice("scale", given)
+        columns["scale"] = _column(table, "radius") / _radii(columns["shape"], len(table))
     return columns
+
+
+def _radii(shapes: Any, n: int) -> NDArray[np.float64]:
+    """Bounding radii [m] of the shapes as they are given."""
+    listed = shapes if isinstance(shapes, Sequence) else [shapes] * n
+    for shape in listed:
+        if not hasattr(shape, "geometry"):
+            raise InputError(f"{_WHO}: shape = {show_value(shape)}: must be a shape; give it")
+    return np.array([shape.geometry.bounding_radius for shape in listed])
 
 
 def _column(table: Any, name: str) -> NDArray[np.float64]:
@@ -118,7 +130,7 @@ def _column(table: Any, name: str) -> NDArray[np.float64]:
 
 
 def _not_twice(argument: str, given: Mapping[str, Any]) -> None:
-    if given[argument] is not None:
+    if given.get(argument) is not None:
         raise InputError(
             f"{_WHO}: {argument} = {show_value(given[argument])}: is given besides the column of "
             "the table; keep one of them"
@@ -174,7 +186,7 @@ def _rows(columns: Row, dimension: int) -> list[Row]:
         if velocities is not None:
             row["velocity"] = velocities[k].tolist()
         if axes is not None and dimension == 3:
-            row["axis"] = axes[k].tolist()
+            row["axis"] = list(map(float, axes[k]))
         rows.append(row)
     return rows
 
