@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -201,7 +202,9 @@ class SeriesRecorder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.save()
+        # That the file cannot be written must not hide the error that ends the run.
+        with suppress(InputError) if error is not None else nullcontext():
+            self.save()
 
 
 def _belongs(heading: str, table: str) -> bool:

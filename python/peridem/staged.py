@@ -68,6 +68,7 @@ class StagedModel(InteractionBuilder, ModelView):
         self._built: BuiltModel | None = None
         self._deck: Deck | None = None
         self._names: dict[str, Body | Bodies] = {}
+        self._core_bodies: list[Any] = []
         self._thread_count = threads
         self._strict = strict
         self._allow_overlap = allow_overlap
@@ -81,6 +82,7 @@ class StagedModel(InteractionBuilder, ModelView):
 
     def _take(self, deck: Deck, built: BuiltModel) -> None:
         self._deck, self._built = deck, built
+        self._core_bodies = built.core.particles  # a new list of all bodies with every look
         self.warnings += built.warnings
         self.notes += deck.notes
         if not self.scripted or self.compatibility == "original":
@@ -132,6 +134,11 @@ class StagedModel(InteractionBuilder, ModelView):
     @property
     def _core(self) -> Any:
         return self._parts().core
+
+    @property
+    def _bodies(self) -> list[Any]:
+        self._parts()
+        return self._core_bodies
 
     @property
     def _meshes(self) -> list[Mesh]:
@@ -263,6 +270,7 @@ class StagedModel(InteractionBuilder, ModelView):
         if not has_checkpoint(folder):
             return self._last_step(until, steps)
         checkpoint, problems = newest_checkpoint(folder)
+        self._restarts = False  # a Restart block has had its effect
         if self.scripted:
             self._initialize(until, steps)
             # The time step of the run so far, to the last bit, whatever the end is now.

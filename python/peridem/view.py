@@ -53,8 +53,8 @@ class ModelView:
         raise NotImplementedError
 
     @property
-    def _bodies(self) -> Any:
-        return self._core.particles
+    def _bodies(self) -> list[Any]:
+        raise NotImplementedError
 
     @property
     def time(self) -> float:

@@ -166,9 +166,8 @@ class BodyBuilder:
     def body(self, name: str) -> Body | Bodies:
         """Return the body or group of bodies of this name."""
         if name not in self._names:
-            raise InputError(
-                f"body: name = {name!r}: there is none; {did_you_mean(name, self._names)}"
-            )
+            remedy = did_you_mean(name, self._names) if self._names else "bodies have ids only"
+            raise InputError(f"body: name = {name!r}: there is none; {remedy}")
         return self._names[name]
 
     def _open_plan(self, who: str) -> ModelPlan:
