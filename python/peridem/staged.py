@@ -159,7 +159,8 @@ class StagedModel(InteractionBuilder, ModelView):
 
     def _initialize(self, until: float | None, steps: int | None) -> None:
         if self._initialized:
-            self._fix_duration(until, steps)
+            if until is not None or steps is not None:
+                self._fix_duration(until, steps)
             return
         core = self._core
         try:

@@ -38,6 +38,11 @@ def write_msh(mesh: Mesh, path: str | os.PathLike[str]) -> None:
         raise InputError(
             f"{mesh.source}: has nodes only, and MSH files need elements; use write_nodes"
         )
+    _write(file, msh_text(mesh))
+
+
+def msh_text(mesh: Mesh) -> str:
+    """Return the text that `write_msh` writes."""
     points = (f"{k} {x!r} {y!r} {z!r}" for k, (x, y, z) in enumerate(mesh.points.tolist(), 1))
     kind = f"{_KINDS[mesh.cell_type]} 2 0 1"
     cells = (
@@ -46,7 +51,7 @@ def write_msh(mesh: Mesh, path: str | os.PathLike[str]) -> None:
     )
     lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", str(len(mesh.points)), *points]
     lines += ["$EndNodes", "$Elements", str(len(mesh.cells)), *cells, "$EndElements", ""]
-    _write(file, "\n".join(lines))
+    return "\n".join(lines)
 
 
 def write_nodes(mesh: Mesh, path: str | os.PathLike[str]) -> None:
@@ -69,13 +74,19 @@ def write_nodes(mesh: Mesh, path: str | os.PathLike[str]) -> None:
         raise InputError(f"{file}: ends in {file.suffix!r}: must be .csv; rename it")
     if mesh.volumes is None:
         raise InputError(f"{mesh.source}: has no given nodal volumes; use write_msh")
+    _write(file, nodes_text(mesh))
+
+
+def nodes_text(mesh: Mesh) -> str:
+    """Return the text that `write_nodes` writes."""
+    assert mesh.volumes is not None
     rows = (
         f"{k},{x!r},{y!r},{z!r},{volume!r}"
         for k, ((x, y, z), volume) in enumerate(
             zip(mesh.points.tolist(), mesh.volumes.tolist(), strict=True)
         )
     )
-    _write(file, "\n".join(["id,x,y,z,volume", *rows, ""]))
+    return "\n".join(["id,x,y,z,volume", *rows, ""])
 
 
 def _write(file: Path, text: str) -> None:

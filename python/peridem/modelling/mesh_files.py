@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..mesh import Mesh, write_msh, write_nodes
+from ..mesh import Mesh
 from ..mesh.reader import VOLUME_NAME
+from ..mesh.writer import msh_text, nodes_text
 from ..vtu import Topology, write_vtu
 
 
@@ -25,14 +26,13 @@ def suffix_of(mesh: Mesh) -> str:
 
 def mesh_content(mesh: Mesh) -> bytes:
     """Return the contents of the file of a mesh."""
+    suffix = suffix_of(mesh)
+    if suffix != ".vtu":
+        text = msh_text(mesh) if suffix == ".msh" else nodes_text(mesh)
+        return text.encode("ascii")
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"mesh{suffix_of(mesh)}"
-        if path.suffix == ".msh":
-            write_msh(mesh, path)
-        elif path.suffix == ".csv":
-            write_nodes(mesh, path)
-        else:
-            _write_vtu(mesh, path)
+        path = Path(folder) / "mesh.vtu"
+        _write_vtu(mesh, path)
         return path.read_bytes()
 
 
