@@ -47,7 +47,7 @@ def main() -> None:
         broken = int((model.bonds.intact == 0).sum()) // 2
         rows.append((model.time, kinetic_energy(model), broken))
 
-    model.run(output=args.output, steps=args.steps, callback=record, every=50)
+    model.run(output=args.output, steps=args.steps, callback=record, callback_every=50)
 
     # Compare: what is lost is in deformation, broken bonds and damping.
     (_, start, _), (time, end, broken) = rows[0], rows[-1]

@@ -3,9 +3,11 @@
 
 #include <pybind11/native_enum.h>
 
+#include <algorithm>
 #include <array>
 
 #include "bindings.h"
+#include "peridem/errors.h"
 
 namespace peridem::bindings {
 
@@ -155,6 +157,24 @@ void bindZone(py::module_& m) {
       .def_readwrite("self_contact", &ContactDeck::self_contact);
 }
 
+// A Python function of time that returns an array of shape (n_nodes, 3). What it raises goes
+// through the core unchanged.
+NodeFunction nodeFunction(const py::function& function) {
+  NodeFunction result;
+  result.evaluate = [function](Real t, std::span<Vec3> values) {
+    const py::gil_scoped_acquire acquire;
+    const std::vector<Vec3> points = toPoints(function(t).cast<PointArray>(), "load");
+    if (points.size() != values.size()) throw InputError("load: one value per node is needed");
+    std::copy(points.begin(), points.end(), values.begin());
+  };
+  return result;
+}
+
+template <class Struct>
+void defFunction(py::class_<Struct>& type, const char* name, NodeFunction Struct::* member) {
+  type.def(name, [member](Struct& s, const py::function& f) { s.*member = nodeFunction(f); });
+}
+
 void bindLoads(py::module_& m) {
   py::class_<TimeFunction>(m, "TimeFunction")
       .def(py::init([](TimeFunctionType type, std::vector<Real> parameters) {
@@ -172,17 +192,21 @@ void bindLoads(py::module_& m) {
       .def_readwrite("time_function", &DisplacementSet::time_function)
       .def_readwrite("zero_displacement", &DisplacementSet::zero_displacement);
   defVec3(displacement, "rotation_axis", &DisplacementSet::rotation_axis);
+  defFunction(displacement, "set_displacement", &DisplacementSet::displacement);
+  defFunction(displacement, "set_velocity", &DisplacementSet::velocity);
 
-  py::class_<ForceSet>(m, "ForceSet")
-      .def(py::init<>())
+  py::class_<ForceSet> force(m, "ForceSet");
+  force.def(py::init<>())
       .def_readwrite("nodes", &ForceSet::nodes)
       .def_readwrite("amplitude", &ForceSet::amplitude)
       .def_readwrite("directions", &ForceSet::directions)
       .def_readwrite("time_function", &ForceSet::time_function);
+  defFunction(force, "set_density", &ForceSet::density);
 
   py::class_<InitialVelocity> initial(m, "InitialVelocity");
   initial.def(py::init<>()).def_readwrite("bodies", &InitialVelocity::bodies);
   defVec3(initial, "velocity", &InitialVelocity::velocity);
+  defVec3(initial, "spin", &InitialVelocity::spin);
 }
 
 }  // namespace

@@ -141,6 +141,22 @@ py::array_t<Real> contactForces(DEMModel& model) {
   return array;
 }
 
+// Pairs of nodes in contact, shape (k, 2).
+py::array_t<Index> touchingNodes(DEMModel& model) {
+  std::vector<std::pair<Index, Index>> pairs;
+  {
+    const py::gil_scoped_release release;
+    pairs = model.touchingNodes();
+  }
+  py::array_t<Index> array({pairs.size(), std::size_t{2}});
+  auto node = array.mutable_unchecked<2>();
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    node(static_cast<py::ssize_t>(k), 0) = pairs[k].first;
+    node(static_cast<py::ssize_t>(k), 1) = pairs[k].second;
+  }
+  return array;
+}
+
 // Stretched springs of the friction with history: node pairs (k, 2) and elongations (k, 3).
 py::tuple slips(const DEMModel& model) {
   const std::vector<SlipRecord> records = model.contact().slips();
@@ -183,6 +199,7 @@ void bindModel(py::module_& m) {
       .def("add_force_set", &DEMModel::addForceSet)
       .def("add_initial_velocity", &DEMModel::addInitialVelocity)
       .def("init", &DEMModel::init, Release())
+      .def("set_duration", &DEMModel::setDuration, py::arg("final_time"), py::arg("time_steps"))
       .def("start", &DEMModel::start, Release())
       .def("advance", &advance, py::arg("n"), py::arg("seconds"), Release())
       .def(
@@ -197,6 +214,7 @@ void bindModel(py::module_& m) {
           "compute_contact_forces", [](DEMModel& model) { model.computeContactForces(); },
           Release())
       .def("contact_forces", &contactForces)
+      .def("touching_nodes", &touchingNodes)
       .def("slips", &slips)
       .def("compute_damage", &DEMModel::computeDamage, Release())
       .def("set_intact", &setIntact, py::arg("intact"))

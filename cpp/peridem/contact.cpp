@@ -108,6 +108,26 @@ void ContactForce::updateSearch(const State& state, const BondTable& bonds,
   if (any_history_) setSlips(stretched);
 }
 
+std::vector<std::pair<Index, Index>> ContactForce::touching(
+    const State& state, const std::vector<Particle>& bodies) const {
+  const auto& candidates = search_.candidates();
+  const auto body_of = [&](std::size_t i) -> const Particle& {
+    return bodies[static_cast<std::size_t>(state.particle_id[i])];
+  };
+  std::vector<std::pair<Index, Index>> pairs;
+  for (std::size_t row = 0; row < search_.nodes().size(); ++row)
+    for (auto k = static_cast<std::size_t>(candidates.offsets[row]);
+         k < static_cast<std::size_t>(candidates.offsets[row + 1]); ++k) {
+      const auto [low, high] = std::minmax(search_.nodes()[row], candidates.indices[k]);
+      const auto i = static_cast<std::size_t>(low), j = static_cast<std::size_t>(high);
+      const ContactLaw& law = this->law(body_of(i), body_of(j));
+      if (fuzzyLess((state.x[j] - state.x[i]).norm(), law.radius)) pairs.emplace_back(low, high);
+    }
+  std::sort(pairs.begin(), pairs.end());  // both nodes may list the pair
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
 std::vector<SlipRecord> ContactForce::slips() const {
   std::vector<SlipRecord> records;
   if (slips_.empty()) return records;

@@ -1,6 +1,7 @@
 // Contact between bodies: normal force and friction node to node, damping between centres.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "contact_search.h"
@@ -34,6 +35,10 @@ class ContactForce {
   // stretch by the slip during `slip_time`; 0 leaves them as they are.
   void compute(const State& state, const std::vector<Particle>& bodies, Real slip_time,
                std::vector<Vec3>& f, int threads);
+
+  // Pairs of nodes i < j closer than their contact radius.
+  std::vector<std::pair<Index, Index>> touching(const State& state,
+                                                const std::vector<Particle>& bodies) const;
 
   // Tangential springs that are stretched, in the order of nodes i and j.
   std::vector<SlipRecord> slips() const;

@@ -2,6 +2,8 @@
 // Values that the user may leave out are NaN (see isGiven). SI units; in 2D per unit thickness.
 #pragma once
 
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -105,6 +107,15 @@ struct TimeFunction {
 
 enum DirectionBits : std::uint8_t { direction_x = 1, direction_y = 2, direction_z = 4 };
 
+// A function of time from outside the core: `evaluate` sets one value for each node of a load set.
+// The model calls it once per step, before the step changes anything; it may throw.
+struct NodeFunction {
+  std::function<void(Real t, std::span<Vec3> values)> evaluate;
+  std::vector<Vec3> values;  // at the time it was evaluated last
+
+  bool isGiven() const { return static_cast<bool>(evaluate); }
+};
+
 // Prescribed motion of some nodes. amplitude[k] multiplies the time function at nodes[k].
 struct DisplacementSet {
   std::vector<Index> nodes;
@@ -113,6 +124,8 @@ struct DisplacementSet {
   TimeFunction time_function;
   Vec3 rotation_axis = Vec3(0, 0, 1);
   bool zero_displacement = false;  // only fix the directions
+  // Instead of the time function. The one that is left out follows from the other step by step.
+  NodeFunction displacement, velocity;
 };
 
 // Force density [N/m^3] on some nodes.
@@ -121,11 +134,14 @@ struct ForceSet {
   std::vector<Real> amplitude;
   std::uint8_t directions = 0;
   TimeFunction time_function;
+  NodeFunction density;  // instead of the time function
 };
 
+// v = velocity + spin x (X - X_c) with the centre of mass X_c of each body.
 struct InitialVelocity {
   std::vector<Index> bodies;
   Vec3 velocity = Vec3::Zero();
+  Vec3 spin = Vec3::Zero();  // [rad/s]
 };
 
 struct ModelDeck {

@@ -46,6 +46,27 @@ Real forceTimeFactor(const TimeFunction& function, Real t) {
   return 1;
 }
 
+namespace {
+
+void evaluate(NodeFunction& function, std::size_t n_nodes, Real t) {
+  if (!function.isGiven()) return;
+  function.values.resize(n_nodes);
+  function.evaluate(t, function.values);
+}
+
+}  // namespace
+
+void evaluateFunctions(std::span<DisplacementSet> sets, Real t) {
+  for (DisplacementSet& set : sets) {
+    evaluate(set.displacement, set.nodes.size(), t);
+    evaluate(set.velocity, set.nodes.size(), t);
+  }
+}
+
+void evaluateFunctions(std::span<ForceSet> sets, Real t) {
+  for (ForceSet& set : sets) evaluate(set.density, set.nodes.size(), t);
+}
+
 void addExternalForces(State& state, const Vec3& gravity, std::span<const ForceSet> sets, Real t,
                        int threads) {
   if (gravity != Vec3::Zero()) {
@@ -54,11 +75,14 @@ void addExternalForces(State& state, const Vec3& gravity, std::span<const ForceS
     for (std::size_t i = 0; i < n; ++i) state.f[i] += state.density[i] * gravity;
   }
   for (const ForceSet& set : sets) {
-    const Real factor = forceTimeFactor(set.time_function, t);
-    for (std::size_t k = 0; k < set.nodes.size(); ++k)
+    const bool outside = set.density.isGiven();
+    const Vec3 factor = Vec3::Constant(outside ? 0 : forceTimeFactor(set.time_function, t));
+    for (std::size_t k = 0; k < set.nodes.size(); ++k) {
+      const Vec3& value = outside ? set.density.values[k] : factor;
       for (int d = 0; d < 3; ++d)
         if (hasDirection(set.directions, d))
-          state.f[static_cast<std::size_t>(set.nodes[k])][d] += set.amplitude[k] * factor;
+          state.f[static_cast<std::size_t>(set.nodes[k])][d] += set.amplitude[k] * value[d];
+    }
   }
 }
 
@@ -111,6 +135,19 @@ std::pair<Real, Real> translation(const TimeFunction& function, Real a, Real t,
   return {a, 0};
 }
 
+// Displacement and velocity from functions from outside, for the amplitude a. From the displacement
+// alone follows v = (u - u_before) / dt, from the velocity alone u = u_before + dt v.
+std::pair<Real, Real> fromOutside(const DisplacementSet& set, std::size_t k, int d, Real u_before,
+                                  Real dt) {
+  const Real a = set.amplitude[k];
+  const bool has_u = set.displacement.isGiven(), has_v = set.velocity.isGiven();
+  const Real given_u = has_u ? a * set.displacement.values[k][d] : 0;
+  const Real given_v = has_v ? a * set.velocity.values[k][d] : 0;
+  const Real u = has_u ? given_u : u_before + dt * given_v;
+  const Real v = has_v ? given_v : dt > 0 ? (given_u - u_before) / dt : 0;
+  return {u, v};
+}
+
 Real setDirection(State& state, std::size_t i, int d, Real u, Real v) {
   const Real before = state.x[i][d];
   state.u[i][d] = u;
@@ -122,7 +159,7 @@ Real setDirection(State& state, std::size_t i, int d, Real u, Real v) {
 }  // namespace
 
 Real prescribeDisplacements(State& state, std::span<const DisplacementSet> sets, Real t,
-                            Compatibility mode) {
+                            Compatibility mode, Real dt) {
   Real longest = 0;
   const auto set_direction = [&](std::size_t node, int d, Real u, Real v) {
     longest = std::max(longest, setDirection(state, node, d, u, v));
@@ -133,6 +170,15 @@ Real prescribeDisplacements(State& state, std::span<const DisplacementSet> sets,
         for (int d = 0; d < 3; ++d)
           if (hasDirection(set.directions, d))
             set_direction(static_cast<std::size_t>(node), d, 0, 0);
+    } else if (set.displacement.isGiven() || set.velocity.isGiven()) {
+      for (std::size_t k = 0; k < set.nodes.size(); ++k) {
+        const auto i = static_cast<std::size_t>(set.nodes[k]);
+        for (int d = 0; d < 3; ++d) {
+          if (!hasDirection(set.directions, d)) continue;
+          const auto [u, v] = fromOutside(set, k, d, state.u[i][d], dt);
+          set_direction(i, d, u, v);
+        }
+      }
     } else if (set.time_function.type == TimeFunctionType::rotation) {
       const Rotation rotation(set, t);
       for (const Index node : set.nodes) {
@@ -153,13 +199,33 @@ Real prescribeDisplacements(State& state, std::span<const DisplacementSet> sets,
   return longest;
 }
 
+namespace {
+
+Vec3 centerOfMass(const State& state, const Particle& body) {
+  Vec3 sum = Vec3::Zero();
+  Real volume = 0;
+  for (auto i = static_cast<std::size_t>(body.start); i < static_cast<std::size_t>(body.stop);
+       ++i) {
+    sum += state.volume[i] * state.x_ref[i];
+    volume += state.volume[i];
+  }
+  return sum / volume;
+}
+
+}  // namespace
+
 void applyInitialVelocity(State& state, const std::vector<Particle>& bodies,
                           std::span<const InitialVelocity> velocities) {
   for (const InitialVelocity& initial : velocities)
     for (const Index id : initial.bodies) {
       const Particle& body = bodies.at(static_cast<std::size_t>(id));
-      for (Index i = body.start; i < body.stop; ++i)
-        state.v[static_cast<std::size_t>(i)] = initial.velocity;
+      const bool turns = initial.spin != Vec3::Zero();
+      const Vec3 center = turns ? centerOfMass(state, body) : Vec3::Zero();
+      for (auto i = static_cast<std::size_t>(body.start); i < static_cast<std::size_t>(body.stop);
+           ++i) {
+        state.v[i] = initial.velocity;
+        if (turns) state.v[i] += initial.spin.cross(state.x_ref[i] - center);
+      }
     }
 }
 

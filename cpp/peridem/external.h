@@ -10,6 +10,10 @@
 
 namespace peridem {
 
+// Evaluates the functions from outside of some sets at time t.
+void evaluateFunctions(std::span<DisplacementSet> sets, Real t);
+void evaluateFunctions(std::span<ForceSet> sets, Real t);
+
 // Factor in time of a force set, without the amplitude.
 Real forceTimeFactor(const TimeFunction& function, Real t);
 
@@ -17,10 +21,10 @@ Real forceTimeFactor(const TimeFunction& function, Real t);
 void addExternalForces(State& state, const Vec3& gravity, std::span<const ForceSet> sets, Real t,
                        int threads);
 
-// Sets u, v and x of the prescribed directions at time t. Returns the longest way a node went in
-// one direction.
+// Sets u, v and x of the prescribed directions at time t, `dt` after they were set last (0 at the
+// start). Returns the longest way a node went in one direction.
 Real prescribeDisplacements(State& state, std::span<const DisplacementSet> sets, Real t,
-                            Compatibility mode);
+                            Compatibility mode, Real dt = 0);
 
 void applyInitialVelocity(State& state, const std::vector<Particle>& bodies,
                           std::span<const InitialVelocity> velocities);

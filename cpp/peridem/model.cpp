@@ -29,10 +29,14 @@ class Stopwatch {
   Clock::time_point start_;
 };
 
+void validateDuration(Real final_time, Offset time_steps) {
+  if (!(final_time > 0) || time_steps < 1)
+    throw InputError("Model: Final_Time and Time_Steps must be positive");
+}
+
 void validate(const ModelDeck& deck) {
   if (deck.dimension < 1 || deck.dimension > 3) throw InputError("Model.Dimension: 1, 2 or 3");
-  if (!(deck.final_time > 0) || deck.time_steps < 1)
-    throw InputError("Model: Final_Time and Time_Steps must be positive");
+  validateDuration(deck.final_time, deck.time_steps);
   for (const BodyDeck& body : deck.bodies) {
     if (body.zone < 0 || static_cast<std::size_t>(body.zone) >= deck.zones.size())
       throw InputError("body of zone " + std::to_string(body.zone) + ": no such zone");
@@ -173,8 +177,7 @@ void DEMModel::lockDirections() {
       std::fill(locked_.begin() + body.start, locked_.begin() + body.stop, std::uint8_t{7});
   locked_bodies_.clear();
   for (const Particle& body : particles_)
-    locked_bodies_.push_back(std::any_of(locked_.begin() + body.start,
-                                         locked_.begin() + body.stop,
+    locked_bodies_.push_back(std::any_of(locked_.begin() + body.start, locked_.begin() + body.stop,
                                          [](std::uint8_t bits) { return bits != 0; }));
 }
 
@@ -214,6 +217,7 @@ void DEMModel::step() {
 }
 
 void DEMModel::advance() {
+  evaluateLoads(time_ + timeStep());  // may throw: nothing of the step has happened yet
   if (deck_.time_scheme == TimeScheme::velocity_verlet)
     integrateVerlet();
   else
@@ -225,12 +229,12 @@ void DEMModel::advance() {
 void DEMModel::moveAndComputeForces(Real k, Real dt) {
   ++n_;
   time_ += dt;
-  const Real prescribed = computeExternalDisplacementBC();
+  const Real prescribed = computeExternalDisplacementBC(dt);
   Kick kicked;
   {
     const Stopwatch watch(timings_.peridynamic);
-    kicked = peridynamic_.moveAndCompute({k, dt, speed_limit_, &locked_, &locked_bodies_}, state_, bonds_,
-                                         particles_, deck_.gravity, threads_);
+    kicked = peridynamic_.moveAndCompute({k, dt, speed_limit_, &locked_, &locked_bodies_}, state_,
+                                         bonds_, particles_, deck_.gravity, threads_);
   }
   if (!kicked.within_limit || !(prescribed < speed_limit_ * dt)) reportRunaway(n_, time_);
   contact_.noteTravel(std::sqrt(3.0) * (dt * kicked.fastest + prescribed));
@@ -252,6 +256,7 @@ void DEMModel::integrateVerlet() {
 
 void DEMModel::computeForces() {
   init();
+  evaluateLoads(time_);
   {
     const Stopwatch watch(timings_.peridynamic);
     peridynamic_.compute(state_, bonds_, particles_, deck_.gravity, threads_);
@@ -282,6 +287,13 @@ std::vector<Vec3> DEMModel::contactForces() {
   std::vector<Vec3> f(state_.size(), Vec3::Zero());
   contact_.compute(state_, particles_, 0, f, threads_);
   return f;
+}
+
+std::vector<std::pair<Index, Index>> DEMModel::touchingNodes() {
+  init();
+  contact_.noteAnyTravel();  // the arrays may have been written since the last look
+  contact_.updateSearch(state_, bonds_, particles_, threads_);
+  return contact_.touching(state_, particles_);
 }
 
 void DEMModel::computeDamage() {
@@ -328,18 +340,39 @@ void DEMModel::restore(Offset n, Real time, const std::vector<SlipRecord>& slips
 }
 
 void DEMModel::computeExternalForces() {
+  evaluateLoads(time_);
   const Stopwatch watch(timings_.external);
   addExternalForces(state_, deck_.gravity, force_sets_, time_, threads_);
 }
 
+// Of the functions evaluated before anything changed.
 void DEMModel::addForceSets() {
   const Stopwatch watch(timings_.external);
   addExternalForces(state_, Vec3::Zero(), force_sets_, time_, threads_);
 }
 
-Real DEMModel::computeExternalDisplacementBC() {
+Real DEMModel::computeExternalDisplacementBC(Real dt) {
+  evaluateLoads(time_);
   const Stopwatch watch(timings_.external);
-  return prescribeDisplacements(state_, displacement_sets_, time_, deck_.compatibility);
+  return prescribeDisplacements(state_, displacement_sets_, time_, deck_.compatibility, dt);
+}
+
+// Once for each time, so once per step. A function that throws leaves the state as it is.
+void DEMModel::evaluateLoads(Real t) {
+  if (t == loads_time_) return;
+  const Stopwatch watch(timings_.external);
+  loads_time_ = -std::numeric_limits<Real>::infinity();
+  evaluateFunctions(std::span<DisplacementSet>(displacement_sets_), t);
+  evaluateFunctions(std::span<ForceSet>(force_sets_), t);
+  loads_time_ = t;
+}
+
+void DEMModel::setDuration(Real final_time, Offset time_steps) {
+  if (started_) throw InputError("the time step cannot change after the first step");
+  validateDuration(final_time, time_steps);
+  deck_.final_time = final_time;
+  deck_.time_steps = time_steps;
+  if (initialized_) speed_limit_ = speedLimit();
 }
 
 // A node that crosses its horizon within one step has left the physics: sound, the fastest motion,

@@ -3,8 +3,10 @@
 
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bonds.h"
@@ -44,6 +46,9 @@ class DEMModel {
   // Bonds, laws, contact.
   void init();
 
+  // Replaces the duration of the deck, and so the time step; before the first step.
+  void setDuration(Real final_time, Offset time_steps);
+
   // init() and integrate() to the last step of the deck.
   void run(const StepObserver& observer = {});
 
@@ -62,7 +67,8 @@ class DEMModel {
   void computePeridynamicForces();
   void computeContactForces(Real slip_time = 0);
   void computeExternalForces();
-  Real computeExternalDisplacementBC();  // returns how far a node went in one direction at most
+  // `dt`: time since the last call. Returns how far a node went in one direction at most.
+  Real computeExternalDisplacementBC(Real dt = 0);
 
   const ModelDeck& deck() const { return deck_; }
   State& state() { return state_; }
@@ -74,6 +80,9 @@ class DEMModel {
 
   // Contact and damping forces alone, a force density per node, at the current state.
   std::vector<Vec3> contactForces();
+
+  // Pairs of nodes i < j of different bodies in contact at the current state.
+  std::vector<std::pair<Index, Index>> touchingNodes();
 
   // Damage Z of the current state into the state; it is renewed whenever integrate() returns.
   void computeDamage();
@@ -110,6 +119,7 @@ class DEMModel {
   void addForceSets();
   void placeBody(const BodyDeck& body, Index id, const std::vector<Real>& mesh_volumes);
   void lockDirections();
+  void evaluateLoads(Real t);
   Real speedLimit() const;
   [[noreturn]] void reportRunaway(Offset step, Real time) const;
 
@@ -129,6 +139,7 @@ class DEMModel {
   Timings timings_;
   Real speed_limit_ = 0;  // |v| beyond which the run has diverged
   Real time_ = 0;
+  Real loads_time_ = -std::numeric_limits<Real>::infinity();  // when functions were evaluated last
   Offset n_ = 0;
   bool initialized_ = false;
   bool started_ = false;

@@ -179,6 +179,61 @@ TEST_CASE("prescribed motion: zero displacement holds a node whatever the time f
   CHECK(v == Vec3(0, 0, 0));
 }
 
+namespace {
+
+// Counts its calls and gives (t, 2 t, 3 t) plus the number of the node.
+NodeFunction growing(int* calls = nullptr) {
+  NodeFunction function;
+  function.evaluate = [calls](Real t, std::span<Vec3> values) {
+    if (calls != nullptr) ++*calls;
+    for (std::size_t k = 0; k < values.size(); ++k)
+      values[k] = Vec3(t, 2 * t, 3 * t) + Vec3::Constant(static_cast<Real>(k));
+  };
+  return function;
+}
+
+}  // namespace
+
+TEST_CASE("functions from outside: a force set takes their values times its amplitude") {
+  State state(3);
+  ForceSet set;
+  set.nodes = {2, 0};
+  set.amplitude = {4, -1};
+  set.directions = direction_x | direction_z;
+  set.density = growing();
+  std::vector<ForceSet> sets = {set};
+  evaluateFunctions(std::span<ForceSet>(sets), 0.5);
+  addExternalForces(state, Vec3::Zero(), sets, 7, 1);  // the time of the values is that above
+  CHECK(state.f[2] == Vec3(2, 0, 6));                  // 4 (0.5, -, 1.5)
+  CHECK(state.f[1] == Vec3(0, 0, 0));
+  CHECK(state.f[0] == Vec3(-1.5, 0, -2.5));  // -(0.5 + 1, -, 1.5 + 1)
+}
+
+TEST_CASE("functions from outside: displacement, velocity, and the one from the other") {
+  auto set = displacement(TimeFunctionType::constant, {1}, 2, direction_x | direction_y);
+  State state(3);
+  const auto prescribe = [&](Real t, Real dt) {
+    std::vector<DisplacementSet> sets = {set};
+    evaluateFunctions(std::span<DisplacementSet>(sets), t);
+    return prescribeDisplacements(state, sets, t, Compatibility::corrected, dt);
+  };
+  set.displacement = growing();
+  prescribe(0.5, 0);
+  CHECK(state.u[1] == Vec3(1, 2, 0));  // 2 (t, 2 t)
+  CHECK(state.v[1] == Vec3(0, 0, 0));  // not known yet
+  CHECK(prescribe(0.75, 0.25) == 1);
+  CHECK(state.v[1] == Vec3(2, 4, 0));  // (1.5 - 1) / 0.25, (3 - 2) / 0.25
+  set.velocity = growing();
+  prescribe(1, 0.25);
+  CHECK(state.u[1] == Vec3(2, 4, 0));
+  CHECK(state.v[1] == Vec3(2, 4, 0));  // 2 (t, 2 t)
+  set.displacement = {};
+  prescribe(1.5, 0.5);
+  CHECK(state.v[1] == Vec3(3, 6, 0));
+  CHECK(state.u[1] == Vec3(3.5, 7, 0));  // 2 + 0.5 * 3, 4 + 0.5 * 6
+  CHECK(state.x[1] == state.x_ref[1] + state.u[1]);
+}
+
 TEST_CASE("initial velocity: every node of the listed bodies") {
   std::vector<Particle> bodies(3);
   for (Index id = 0; id < 3; ++id) {
@@ -192,6 +247,19 @@ TEST_CASE("initial velocity: every node of the listed bodies") {
   applyInitialVelocity(state, bodies, std::span(&velocity, 1));
   for (std::size_t i = 0; i < 6; ++i)
     CHECK(state.v[i] == (i / 2 == 1 ? Vec3(0, 0, 0) : Vec3(1, 2, 3)));
+}
+
+TEST_CASE("initial velocity: a spin is about the centre of mass") {
+  std::vector<Particle> bodies(1);
+  bodies[0].stop = 3;
+  State state(3);
+  state.x_ref = {Vec3(1, 0, 0), Vec3(3, 0, 0), Vec3(2, 6, 0)};
+  state.volume = {1, 1, 2};  // centre (2, 3, 0)
+  const InitialVelocity velocity{{0}, Vec3(10, 0, 0), Vec3(0, 0, 2)};
+  applyInitialVelocity(state, bodies, std::span(&velocity, 1));
+  CHECK(state.v[0] == Vec3(16, -2, 0));  // 2 e_z x (-1, -3, 0) = (6, -2, 0)
+  CHECK(state.v[1] == Vec3(16, 2, 0));
+  CHECK(state.v[2] == Vec3(4, 0, 0));
 }
 
 TEST_CASE("load sets: nodes that do not exist and missing parameters are refused") {

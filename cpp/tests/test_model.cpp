@@ -1,3 +1,5 @@
+#include <stdexcept>
+
 #include "peridem/errors.h"
 #include "support.h"
 
@@ -312,6 +314,72 @@ TEST_CASE("run: a node that crosses its horizon within a step stops it") {
   const std::string message = messageOf([&] { model.integrate(1); });
   CHECK(contains(message, "body 1"));
   CHECK(contains(message, "smaller time step"));
+}
+
+TEST_CASE("functions from outside: once per step, at the time of its end") {
+  for (const auto scheme : {TimeScheme::central_difference, TimeScheme::velocity_verlet}) {
+    DEMModel model(smallDeck(scheme), 1);
+    std::vector<Real> times;
+    ForceSet force = growingForce(model.state().size(), 3);
+    force.density.evaluate = [&](Real t, std::span<Vec3> values) {
+      times.push_back(t);
+      std::fill(values.begin(), values.end(), Vec3::Constant(t));
+    };
+    model.addForceSet(force);
+    DEMModel built_in(smallDeck(scheme), 1);
+    built_in.addForceSet(growingForce(model.state().size(), 3));  // 3 t
+    model.integrate(3);
+    built_in.integrate(3);
+    const Real dt = model.timeStep();  // a power of two
+    CHECK(times == std::vector<Real>{0, dt, 2 * dt, 3 * dt});
+    CHECK(model.state().x == built_in.state().x);
+    CHECK(model.state().f == built_in.state().f);
+  }
+}
+
+TEST_CASE("functions from outside: one that throws leaves the step before") {
+  DEMModel model(smallDeck(TimeScheme::velocity_verlet), 1);
+  ForceSet force = growingForce(model.state().size(), 3);
+  bool fails = false;
+  force.density.evaluate = [&](Real, std::span<Vec3> values) {
+    if (fails) throw std::runtime_error("no more");
+    std::fill(values.begin(), values.end(), Vec3::Constant(1));
+  };
+  model.addForceSet(force);
+  model.integrate(2);
+  const State before = model.state();
+  fails = true;
+  CHECK(messageOf([&] { model.step(); }) == "no more");
+  CHECK(model.n() == 2);
+  CHECK(model.state().x == before.x);
+  CHECK(model.state().v == before.v);
+  fails = false;
+  model.step();
+  CHECK(model.n() == 3);
+}
+
+TEST_CASE("duration: sets the time step, before the first step only") {
+  DEMModel model(smallDeck(), 1);
+  model.init();
+  model.setDuration(1, 4096);
+  CHECK(model.timeStep() == 1.0 / 4096);
+  CHECK_THROWS_AS(model.setDuration(0, 1), InputError);
+  CHECK_THROWS_AS(model.setDuration(1, 0), InputError);
+  model.start();
+  CHECK_THROWS_AS(model.setDuration(1, 8192), InputError);
+}
+
+TEST_CASE("touching nodes: pairs closer than the contact radius, each once") {
+  DEMModel model(pairDeck(0.5 * h), 1);
+  const auto pairs = model.touchingNodes();
+  const auto& x = model.state().x;
+  std::vector<std::pair<Index, Index>> expected;
+  for (Index i = 0; i < 25; ++i)
+    for (Index j = 25; j < 50; ++j)
+      if ((x[static_cast<std::size_t>(i)] - x[static_cast<std::size_t>(j)]).norm() < 0.95 * h)
+        expected.emplace_back(i, j);
+  CHECK(!expected.empty());
+  CHECK(pairs == expected);
 }
 
 TEST_CASE("contact forces alone: leave the state as it is and agree with the whole") {

@@ -9,19 +9,75 @@ import os
 # GCC's OpenMP, several ms, slows a machine down that has other work; it is read when _core loads.
 os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
+from . import recorders
 from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck
 from .errors import InputError, NumericalError
+from .materials import PDElasticBond, PDState, PMBBond, RNPBond
+from .meshing import MeshQuality, MeshWarning, mesh_quality
 from .model import DEMModel, Particle
+from .modelling.bodies import Bodies, Body
+from .result import Result
+from .shapes import (
+    Annulus,
+    AnnulusRectangle,
+    Circle,
+    Composite,
+    ConcaveHexagon,
+    Cube,
+    Cuboid,
+    Cylinder,
+    Ellipse,
+    GmshGeometry,
+    Hexagon,
+    MeshFile,
+    Polygon,
+    Polyhedron,
+    Rectangle,
+    Sphere,
+    Square,
+    Surface,
+    Triangle,
+)
 
 __all__ = [
+    "Annulus",
+    "AnnulusRectangle",
+    "Bodies",
+    "Body",
     "Bonds",
+    "Circle",
+    "Composite",
+    "ConcaveHexagon",
+    "Cube",
+    "Cuboid",
+    "Cylinder",
     "DEMModel",
     "Deck",
+    "Ellipse",
+    "GmshGeometry",
+    "Hexagon",
     "InputError",
+    "MeshFile",
+    "MeshQuality",
+    "MeshWarning",
     "NumericalError",
+    "PDElasticBond",
+    "PDState",
+    "PMBBond",
     "Particle",
+    "Polygon",
+    "Polyhedron",
+    "RNPBond",
+    "Rectangle",
+    "Result",
+    "Sphere",
+    "Square",
+    "Surface",
+    "Triangle",
     "__version__",
+    "mesh_quality",
     "read_deck",
+    "recorders",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,8 +79,15 @@ def zone_shape(deck: Deck, zone: int) -> Shape | None:
     return shape_of(deck, deck.particles[zone], f"Particle.Zone_{zone + 1}")
 
 
-def place_bodies(deck: Deck) -> list[BodyPlan]:
-    """Bodies zone by zone, in the order of the placement file inside a zone.
+def place_bodies(deck: Deck, placements: Sequence[Placement] | None = None) -> list[BodyPlan]:
+    """Bodies zone by zone, in the order of the placements inside a zone.
+
+    Parameters
+    ----------
+    deck : Deck
+        The deck.
+    placements : sequence of Placement, optional
+        Where the bodies stand; read from the deck's placement file when left out.
 
     Raises
     ------
@@ -89,7 +97,7 @@ def place_bodies(deck: Deck) -> list[BodyPlan]:
     shapes = [zone_shape(deck, zone) for zone in range(deck.n_zones)]
     if deck.single_particle:
         return [BodyPlan(0, shapes[0], (0.0, 0.0, 0.0), 1.0, 0.0, deck.where("Mesh.Zone_1"))]
-    placements = _read_placements(deck)
+    placements = _read_placements(deck) if placements is None else placements
     bodies = []
     problems = InputErrors()
     for zone in range(deck.n_zones):
@@ -149,7 +157,7 @@ def _bodies_of_zone(
             scale=placement.radius / shape.scale_length,
             angle=angle,
             axis=placement.axis,
-            where=f"{deck.particle_generation.file}:{placement.line}",
+            where=placement.where or f"{deck.particle_generation.file}:{placement.line}",
         )
         for placement, angle in zip(placements, angles, strict=True)
     ]

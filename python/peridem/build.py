@@ -14,6 +14,8 @@ from .deck import Contact, Deck, Material
 from .errors import InputError, InputErrors
 from .loading import LoadBuilder
 from .mesh import Mesh, read_mesh, uniform_rectangle_mesh
+from .outside import NodeValues, Outside
+from .placement import Placement
 
 SMALLEST_VOLUME = 0.01
 """A mesh is refused when a nodal volume is below this times h^d, as in the original."""
@@ -32,6 +34,25 @@ _INFLUENCES = (
 
 
 @dataclass(frozen=True)
+class Held:
+    """What a model made in Python holds itself, where a deck names files or has no words.
+
+    Attributes
+    ----------
+    meshes : list of Mesh
+        Reference mesh of each zone.
+    placements : list of Placement
+        Places of the bodies, zone by zone.
+    outside : dict of (str, int) to Outside
+        What a deck cannot say of its load sets, by kind (``displacement``, ``force``) and index.
+    """
+
+    meshes: list[Mesh]
+    placements: list[Placement]
+    outside: dict[tuple[str, int], Outside]
+
+
+@dataclass(frozen=True)
 class BuiltModel:
     """A core model with what the core does not keep.
 
@@ -45,15 +66,24 @@ class BuiltModel:
         In the order of the body ids.
     warnings : list of str
         What the user should know, with file and line.
+    functions : list of NodeValues
+        Functions of time that the core calls; it does not keep them alive.
     """
 
     core: Any
     meshes: list[Mesh]
     bodies: list[BodyPlan]
     warnings: list[str]
+    functions: list[NodeValues]
 
 
-def build_model(deck: Deck, *, threads: int, compatibility: str | None = None) -> BuiltModel:
+def build_model(
+    deck: Deck,
+    *,
+    threads: int,
+    compatibility: str | None = None,
+    held: Held | None = None,
+) -> BuiltModel:
     """Build the core model of a deck.
 
     Parameters
@@ -64,6 +94,8 @@ def build_model(deck: Deck, *, threads: int, compatibility: str | None = None) -
         Number of threads, at least 1.
     compatibility : {"original", "corrected"}, optional
         Overrides ``Model.Compatibility`` of the deck.
+    held : Held, optional
+        Meshes, places and loads of a model made in Python; read from the deck's files without.
 
     Returns
     -------
@@ -75,7 +107,10 @@ def build_model(deck: Deck, *, threads: int, compatibility: str | None = None) -
         If meshes, placement or loads break a rule: all that meshes and placement file break at
         once, then all that horizons, volumes, loads and ids do.
     """
-    meshes, bodies = _read_files(deck)
+    if held is None:
+        meshes, bodies = _read_files(deck)
+    else:
+        meshes, bodies = held.meshes, place_bodies(deck, held.placements)
     core_deck = _core.ModelDeck()
     core_deck.dimension = deck.model.dimension
     core_deck.final_time = deck.model.final_time
@@ -83,8 +118,12 @@ def build_model(deck: Deck, *, threads: int, compatibility: str | None = None) -
     core_deck.time_scheme = _core.TimeScheme[deck.model.discretization_type.time]
     core_deck.compatibility = _core.Compatibility[compatibility or deck.model.compatibility]
     core_deck.gravity = deck.gravity
-    core_deck.meshes = [_core_mesh(mesh) for mesh in meshes]
-    core_deck.zones = [_core_zone(deck, zone, meshes[zone]) for zone in range(deck.n_zones)]
+    distinct = {id(mesh): mesh for mesh in meshes}
+    core_deck.meshes = [_core_mesh(mesh) for mesh in distinct.values()]
+    numbers = {key: number for number, key in enumerate(distinct)}
+    core_deck.zones = [
+        _core_zone(deck, zone, mesh, numbers[id(mesh)]) for zone, mesh in enumerate(meshes)
+    ]
     core_deck.bodies = [_core_body(deck, k, body) for k, body in enumerate(bodies)]
     if len(bodies) > 1 or any(contact.self_contact for contact in deck.contacts.values()):
         core_deck.contacts = _core_contacts(deck)
@@ -98,11 +137,11 @@ def build_model(deck: Deck, *, threads: int, compatibility: str | None = None) -
         _check_bodies(deck, core, meshes)
     with problems.collect():
         check_test(deck, len(bodies))
-    loads = LoadBuilder(deck, core, bodies)
+    loads = LoadBuilder(deck, core, bodies, {} if held is None else held.outside)
     with problems.collect():
         loads.add_all()
     problems.raise_if_any()
-    return BuiltModel(core=core, meshes=meshes, bodies=bodies, warnings=loads.warnings)
+    return BuiltModel(core, meshes, bodies, loads.warnings, loads.functions)
 
 
 def _read_files(deck: Deck) -> tuple[list[Mesh], list[BodyPlan]]:
@@ -152,14 +191,14 @@ def _core_mesh(mesh: Mesh) -> Any:
     return _core.Mesh(mesh.points, _core.CellType[mesh.cell_type], mesh.cells.ravel(), volumes)
 
 
-def _core_zone(deck: Deck, zone: int, mesh: Mesh) -> Any:
+def _core_zone(deck: Deck, zone: int, mesh: Mesh, number: int) -> Any:
     result = _core.ZoneDeck()
     particle = deck.particles[zone]
     shape = zone_shape(deck, zone)
     result.name = f"Zone_{zone + 1}"
     result.is_wall = bool(deck.zones[zone].is_wall)
     result.all_dofs_constrained = particle is not None and particle.all_dofs_constrained
-    result.mesh = zone
+    result.mesh = number
     if shape is None:
         center = 0.5 * (mesh.points.min(axis=0) + mesh.points.max(axis=0))
         radius = float(np.linalg.norm(mesh.points - center, axis=1).max())
@@ -213,9 +252,12 @@ def _core_body(deck: Deck, index: int, body: BodyPlan) -> Any:
 
 def _core_contacts(deck: Deck) -> list[Any]:
     n = deck.n_zones
-    return [
-        _core_contact(deck.contacts.get((min(i, j), max(i, j)))) for i in range(n) for j in range(n)
-    ]
+    made: dict[int, Any] = {}  # many pairs of zones may share a law
+    contacts = [deck.contacts.get((min(i, j), max(i, j))) for i in range(n) for j in range(n)]
+    for contact in contacts:
+        if id(contact) not in made:
+            made[id(contact)] = _core_contact(contact)
+    return [made[id(contact)] for contact in contacts]
 
 
 def _core_contact(contact: Contact | None) -> Any:

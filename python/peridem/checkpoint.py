@@ -34,6 +34,7 @@ __all__ = [
     "Checkpoint",
     "CheckpointWriter",
     "DamagedCheckpointError",
+    "has_checkpoint",
     "list_checkpoints",
     "newest_checkpoint",
     "read_checkpoint",
@@ -256,6 +257,12 @@ def list_checkpoints(folder: Path | str, tag: str | None = None) -> list[Path]:
             "--checkpoint-every N, or give the output folder of such a run"
         )
     return [path for path, _, _ in sorted(found, key=lambda entry: -entry[2])]
+
+
+def has_checkpoint(folder: Path | str) -> bool:
+    """Whether a folder has a checkpoint, whole or not."""
+    folder = Path(folder)
+    return folder.is_dir() and any(_NAME.fullmatch(path.name) for path in folder.iterdir())
 
 
 def newest_checkpoint(folder: Path | str, tag: str | None = None) -> tuple[Checkpoint, list[str]]:

@@ -145,6 +145,11 @@ def contact_time_step_note(model: DEMModel) -> str | None:
 
 
 def _time_step_text(model: DEMModel, limit: float, what: str) -> str:
+    if model.scripted:
+        return (
+            f"dt = {model.dt:.4g} s: is above {what}, {limit:.3g} s; give a smaller one, or leave "
+            "it out"
+        )
     needed = model.deck.model.final_time / limit if limit > 0 else np.inf
     remedy = f"use at least {int(np.ceil(needed))}" if needed < 1e15 else "check the material"
     return (

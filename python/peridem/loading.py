@@ -6,12 +6,14 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
 from .bodies import BodyPlan, shape_of
 from .deck import Deck
 from .errors import InputError, InputErrors
 from .loads import amplitude, empty_selection_warning, select_nodes
+from .outside import NodeChoice, NodeValues, Outside
 
 Kind = Literal["displacement", "force"]
 
@@ -28,6 +30,10 @@ class LoadBuilder:
         The model, bodies placed.
     bodies : list of BodyPlan
         In the order of the body ids.
+    outside : dict of (str, int) to Outside
+        What a deck cannot say of its sets, by kind and index.
+    functions : list of NodeValues
+        Filled with the functions of time that the core calls, to be kept alive.
     warnings : list of str
         Filled with what the user should know, with file and line.
     """
@@ -35,6 +41,8 @@ class LoadBuilder:
     deck: Deck
     core: Any
     bodies: list[BodyPlan]
+    outside: dict[tuple[str, int], Outside] = field(default_factory=dict)
+    functions: list[NodeValues] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
     def add_all(self) -> None:
@@ -54,15 +62,23 @@ class LoadBuilder:
             moved.rotation_axis = load.time_function.rotation_axis or (0.0, 0.0, 1.0)
             with problems.collect():
                 self._fill(moved, load, "displacement", path)
+                outside = self.outside.get(("displacement", k))
+                if outside is not None and outside.displacement is not None:
+                    moved.set_displacement(self._function(outside, "displacement", load, moved))
+                if outside is not None and outside.velocity is not None:
+                    moved.set_velocity(self._function(outside, "velocity", load, moved))
                 self._add(self.core.add_displacement_set, moved, path)
         for k, force in enumerate(self.deck.force_sets):
             path = f"Force_BC.Set_{k + 1}"
             pushed = _core.ForceSet()
             with problems.collect():
                 self._fill(pushed, force, "force", path)
+                outside = self.outside.get(("force", k))
+                if outside is not None and outside.density is not None:
+                    pushed.set_density(self._function(outside, "density", force, pushed))
                 self._add(self.core.add_force_set, pushed, path)
         with problems.collect():
-            self._add_initial_velocity()
+            self._add_initial_velocities()
         problems.raise_if_any()
 
     def _fill(self, result: Any, load: Any, kind: Kind, path: str) -> None:
@@ -73,6 +89,9 @@ class LoadBuilder:
             shape = shape_of(self.deck, load.region.geometry, f"{path}.Region.Geometry")
         x_ref, ids = self.core.state.x_ref, self.core.state.particle_id
         nodes = select_nodes(load, x_ref, ids, shape, where=where)
+        outside = self.outside.get((kind, int(path.rpartition("_")[2]) - 1))
+        if outside is not None and outside.choose is not None:
+            nodes = self._chosen(nodes, outside.choose)
         warning = empty_selection_warning(load, nodes, shape, where=where)
         if warning is not None:
             self.warnings.append(warning)
@@ -92,25 +111,40 @@ class LoadBuilder:
             _core.TimeFunctionType[time.type], list(time.parameters)
         )
 
+    def _chosen(self, nodes: NDArray[np.int32], choose: NodeChoice) -> NDArray[np.int32]:
+        """Those of some nodes that are chosen, body by body."""
+        x_ref, ids = self.core.state.x_ref, self.core.state.particle_id
+        kept = []
+        for body in np.unique(ids[nodes]):
+            own = nodes[ids[nodes] == body]
+            numbers = own.astype(np.int64) - self.core.particles[int(body)].start
+            kept.append(own[choose(x_ref[own], numbers)])
+        return np.concatenate([*kept, np.empty(0, np.int32)])
+
+    def _function(self, outside: Outside, name: str, load: Any, filled: Any) -> Any:
+        label = f"{outside.label}: {name}"
+        values = NodeValues(getattr(outside, name), len(filled.nodes), load.direction, label)
+        self.functions.append(values)
+        return values.weak()
+
     def _add(self, add: Any, loaded: Any, path: str) -> None:
         try:
             add(loaded)
         except InputError as error:
             raise InputError(f"{self.deck.where(path)}: {path}: {error}") from error
 
-    def _add_initial_velocity(self) -> None:
-        velocity = self.deck.initial_velocity
-        if velocity is None:
-            return
-        ids = list(velocity.particle_list or ())
-        for body in ids:
-            if body >= len(self.bodies):
-                raise self.deck.error(
-                    "IC.Constant_Velocity.Particle_List",
-                    f"no body {body}: the deck has bodies 0 to {len(self.bodies) - 1}; "
-                    "correct the list",
-                )
-        initial = _core.InitialVelocity()
-        initial.bodies = ids
-        initial.velocity = tuple(velocity.velocity_vector)
-        self.core.add_initial_velocity(initial)
+    def _add_initial_velocities(self) -> None:
+        for number, velocity in enumerate(self.deck.initial_velocities):
+            ids = list(velocity.particle_list or ())
+            for body in ids:
+                if body >= len(self.bodies):
+                    raise self.deck.error(
+                        "IC.Constant_Velocity.Particle_List" if number == 0 else "IC",
+                        f"no body {body}: the deck has bodies 0 to {len(self.bodies) - 1}; "
+                        "correct the list",
+                    )
+            initial = _core.InitialVelocity()
+            initial.bodies = ids
+            initial.velocity = tuple(velocity.velocity_vector)
+            initial.spin = velocity.spin or (0.0, 0.0, 0.0)
+            self.core.add_initial_velocity(initial)

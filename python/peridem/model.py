@@ -1,88 +1,115 @@
-"""`DEMModel`: a run of a deck, from its bodies to its last step."""
+"""`DEMModel`: a model of grains, from its bodies to its last step."""
 
 from __future__ import annotations
 
-import contextlib
 import os
-import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .background import BackgroundWriter, Job
-from .bodies import BodyPlan
-from .bonds import Bonds
-from .build import BuiltModel, build_model
-from .checkpoint import CheckpointWriter, newest_checkpoint
-from .checks import check_model, contact_time_step_note
-from .compatibility import compatibility_notes
-from .deck import Deck, read_deck
+from .background import BackgroundWriter
+from .build import build_model
+from .checkpoint import newest_checkpoint
+from .deck import read_deck
 from .diagnostics import check_finite
+from .driving import PROGRESS_SECONDS, Job, Observer, drive
+from .duration import interval_in_steps
 from .errors import InputError, NumericalError
-from .interrupt import StopSignals
-from .particle import Particle, StableTimeStep
-from .recorder import Recorder
-from .restart import find_deck, restart_from_deck, restore
+from .modelling.arguments import checked, choice, number, vector, whole
+from .modelling.plan import ModelPlan
+from .particle import Particle
+from .restart import find_deck
+from .result import Result
+from .series import SeriesRecorder, make_tables
+from .staged import StagedModel
+from .view import FloatArray
 
-FloatArray = NDArray[np.float64]
-Observer = Callable[["DEMModel"], object]
+SAFETY = 0.5
+"""Part of the estimated stable time step that is taken when none is given."""
 
-PROGRESS_SECONDS = 0.1
-"""Longest time [s] between two looks at signals and progress, unless one step takes longer."""
+_SCHEMES = ("velocity_verlet", "central_difference")
 
 
-class DEMModel:
-    """Deformable, breakable grains in contact: the model of a deck and its state.
+class DEMModel(StagedModel):
+    """Deformable, breakable grains in contact: a model and its state.
 
-    Made by `from_deck`. `init` builds bonds and contact, `step` and `run` advance the time.
-    The arrays of `state` are views of the core's memory: they show every step, stay valid as
-    long as anything refers to them, and those that are writable (x, u, v, f, theta,
-    damage_z) take what a driver writes between steps.
+    Made here and filled with `add_particle`, `set_contact`, `prescribe` and their like, or read
+    from a deck by `from_deck`. `run` drives it; `init` builds bonds and contact before, `step`
+    takes single steps. The arrays of `state` are views of the core's memory: they show every
+    step, stay valid as long as anything refers to them, and those that are writable (x, u, v, f,
+    theta, damage_z) take what a driver writes between steps.
 
     Parameters
     ----------
-    deck : Deck
-        The deck.
-    built : BuiltModel
-        Its core model.
+    dimension : {2, 3}
+        Dimension; in 2D quantities are per unit thickness.
+    gravity : sequence of 2 or 3 floats, optional
+        Acceleration of gravity [m/s^2]; none when left out.
+    dt : float, optional
+        Time step [s], shortened so that whole steps fill the duration of the run. When left out
+        it is `safety` times the estimated stable one.
+    safety : float
+        Part of the estimated stable time step, above 0 and at most 1.
+    scheme : {"velocity_verlet", "central_difference"}
+        Time integrator.
+    compatibility : {"corrected", "original"}
+        Whether known defects of the original program are corrected or reproduced.
+    threads : int, optional
+        Number of threads, at least 1; all processors when left out. Results do not depend on it.
+    strict : bool
+        Refuse a time step above the estimated stable one instead of warning.
+    allow_overlap : bool
+        Accept bodies that overlap at the start.
+
+    Raises
+    ------
+    InputError
+        If an argument breaks its rule.
 
     References
     ----------
     Jha, Desai, Bhattacharya, Lipton, JMPS 151 (2021) 104376.
+
+    Examples
+    --------
+    >>> import peridem as pd
+    >>> model = pd.DEMModel(dimension=2, gravity=(0, -10))
+    >>> model
+    <DEMModel 2D: no bodies yet>
     """
 
+    @checked
     def __init__(
         self,
-        deck: Deck,
-        built: BuiltModel,
-        compatibility: str,
+        dimension: int = 2,
         *,
+        gravity: Sequence[float] | None = None,
+        dt: float | None = None,
+        safety: float = SAFETY,
+        scheme: str = "velocity_verlet",
+        compatibility: str = "corrected",
+        threads: int | None = None,
         strict: bool = False,
         allow_overlap: bool = False,
     ) -> None:
-        self.deck = deck
-        self.compatibility = compatibility
-        self.warnings = list(built.warnings)
-        self.notes = [*deck.notes, *compatibility_notes(deck, built.bodies, compatibility)]
-        self.bodies: list[BodyPlan] = built.bodies
-        self._core = built.core
-        self._bodies = built.core.particles
-        self.stop_reason: str | None = None
-        self._meshes = built.meshes
-        self._output_seconds = 0.0
-        self._background = BackgroundWriter()
-        self._stable_time_step: StableTimeStep | None = None
-        self._initialized = False
-        self._strict = strict
-        self._allow_overlap = allow_overlap
-        self._restarts = deck.restart is not None
-        self._goes_on = False
-        self.output_interval = deck.output.output_interval
-        self.checkpoint_every: int | None = None
-        self.last_checkpoint: Path | None = None
+        who = "DEMModel"
+        if dimension not in (2, 3):
+            raise InputError(f"{who}: dimension = {dimension!r}: must be 2 or 3; choose one")
+        pull = (0.0, 0.0, 0.0) if gravity is None else gravity
+        self._plan: ModelPlan | None = ModelPlan(
+            dimension=int(dimension),
+            gravity=vector(pull, f"{who}: gravity", dimension, unit="m/s^2"),
+            scheme=choice(scheme, _SCHEMES, f"{who}: scheme"),
+            compatibility=choice(compatibility, ("corrected", "original"), f"{who}: compatibility"),
+        )
+        self._dt_wanted = None if dt is None else number(dt, f"{who}: dt", above=0, unit="s")
+        self._safety = number(safety, f"{who}: safety", above=0)
+        if self._safety > 1:
+            raise InputError(f"{who}: safety = {safety!r}: must be at most 1; give 0.5 for half")
+        self._prepare(compatibility, _thread_count(threads), strict, allow_overlap)
 
     @classmethod
     def from_deck(
@@ -120,22 +147,20 @@ class DEMModel:
         InputError
             If the deck, or a file it names, breaks a rule.
         """
-        count = len(os.sched_getaffinity(0)) if threads is None else threads
-        if count < 1:
-            raise InputError(f"threads = {threads}: must be at least 1; leave it out for all cores")
+        count = _thread_count(threads)
         if compatibility not in (None, "original", "corrected"):
             raise InputError(
                 f"compatibility = {compatibility!r}: must be 'original' or 'corrected'; choose one"
             )
         deck = read_deck(Path(path))
         built = build_model(deck, threads=count, compatibility=compatibility)
-        return cls(
-            deck,
-            built,
-            compatibility or deck.model.compatibility,
-            strict=strict,
-            allow_overlap=allow_overlap,
-        )
+        model = cls.__new__(cls)
+        model._plan = None
+        model._prepare(compatibility or deck.model.compatibility, count, strict, allow_overlap)
+        model._take(deck, built)
+        model._duration_known = True
+        model._restarts = deck.restart is not None
+        return model
 
     @classmethod
     def resume(
@@ -148,7 +173,9 @@ class DEMModel:
 
         The deck is found, and its mode of compatibility taken, from the checkpoint; a
         ``Restart`` block in it has had its effect. `run` goes on with the same interval of
-        checkpoints and, given the same folder, with the same series of outputs.
+        checkpoints and, given the same folder, with the same series of outputs. A model that was
+        made in Python goes on from the deck in its output folder; when no deck can say it, run
+        its script again with ``run(..., resume=True)``.
 
         Parameters
         ----------
@@ -157,7 +184,7 @@ class DEMModel:
         threads : int, optional
             Number of threads; results do not depend on it.
         tag : str, optional
-            ``Output.Tag_PP`` of the run, when the folder has several runs.
+            ``Output.Tag_PP`` of the run, when the folder has several.
 
         Returns
         -------
@@ -172,203 +199,22 @@ class DEMModel:
         checkpoint, problems = newest_checkpoint(Path(folder), tag)
         path = find_deck(checkpoint)
         model = cls.from_deck(path, threads, checkpoint.compatibility, allow_overlap=True)
-        model._restarts, model._goes_on = False, True
-        restore(model, checkpoint)
-        model.warnings += problems
-        model.checkpoint_every, model.last_checkpoint = checkpoint.every, checkpoint.path
+        model._restarts = False
+        model._go_on(checkpoint, problems)
         return model
 
-    @property
-    def time(self) -> float:
-        """Simulated time [s]."""
-        return float(self._core.time)
-
-    @property
-    def dt(self) -> float:
-        """Time step [s]."""
-        return float(self._core.dt)
-
-    @property
-    def n(self) -> int:
-        """Number of steps taken."""
-        return int(self._core.n)
-
-    @property
-    def n_steps(self) -> int:
-        """Number of steps of the deck."""
-        return self.deck.model.time_steps
-
-    @property
-    def started(self) -> bool:
-        """Whether forces are computed and steps can follow."""
-        return bool(self._core.started)
-
-    @property
-    def threads(self) -> int:
-        """Number of threads."""
-        return int(self._core.threads)
-
-    @property
-    def instruction_set(self) -> str:
-        """Processor instructions that the forces use: avx512, avx2 or baseline."""
-        return str(self._core.instruction_set)
-
-    @property
-    def dimension(self) -> int:
-        """Dimension of the model, 2 or 3."""
-        return self.deck.model.dimension
-
-    @property
-    def n_nodes(self) -> int:
-        """Number of nodes."""
-        return len(self._core.state)
-
-    @property
-    def state(self) -> Any:
-        """Arrays over all nodes, without copies.
-
-        ``x_ref, x, u [m], v [m/s], f [N/m^3]`` of shape (n_nodes, 3); ``volume [m^3],
-        density [kg/m^3], theta, weighted_volume, damage_z`` of shape (n_nodes,);
-        ``particle_id, zone_id, fixity, force_fixity`` (bit d: direction d is prescribed,
-        carries a force set). In 2D volumes are per unit thickness. ``x_ref``, ``volume``,
-        ``density``, ``weighted_volume``, ids and fixities are read-only.
-        """
-        return self._core.state
-
-    @property
-    def bonds(self) -> Bonds:
-        """Bond lists: offsets, indices, intact flags, lengths, weights; see `Bonds`."""
-        return Bonds(self._core)
-
-    @property
-    def particles(self) -> list[Particle]:
-        """Bodies in the order of their ids."""
-        return [self.particle(k) for k in range(len(self._bodies))]
-
-    def particle(self, k: int) -> Particle:
-        """Body `k`; an InputError when there is none."""
-        body = self._body(k)
-        offsets = self.bonds.offsets
-        n_bonds = int(offsets[body.stop] - offsets[body.start]) if self._initialized else 0
-        return Particle(
-            id=body.id,
-            zone=body.zone,
-            type="wall" if body.is_wall else "particle",
-            start=body.start,
-            stop=body.stop,
-            center=self.state.x[body.center_node].copy(),
-            bounding_radius=body.bounding_radius,
-            mesh_size=body.mesh_size,
-            horizon=body.horizon,
-            volume=body.volume,
-            n_bonds=n_bonds,
-            constrained=body.constrained,
+    def __repr__(self) -> str:
+        if self._built is None:
+            assert self._plan is not None
+            head = f"<DEMModel {self._plan.dimension}D: "
+            return f"{head}{len(self._plan.bodies) or 'no'} bodies{_yet(self._plan)}>"
+        bonds = f", {len(self.bonds.intact) // 2} bonds" if self._initialized else ""
+        return (
+            f"<DEMModel {self.dimension}D: {len(self.bodies)} bodies, {self.n_nodes} nodes{bonds}; "
+            f"step {self.n}, t = {self.time:g} s>"
         )
 
-    def _body(self, k: int) -> Any:
-        if not isinstance(k, int | np.integer) or not 0 <= k < len(self._bodies):
-            raise InputError(
-                f"body = {k!r}: there is none; bodies are counted from 0 to {len(self._bodies) - 1}"
-            )
-        return self._bodies[int(k)]
-
-    def start_center(self, k: int) -> FloatArray:
-        """Where the centre of body `k` was at the start, shape (3,) [m]."""
-        return np.array(self.state.x_ref[self._body(k).center_node])
-
-    @property
-    def cells(self) -> list[tuple[str, NDArray[np.int32]]]:
-        """Cell type and connectivity, shape (m, k), of each body, in global node numbers."""
-        return [
-            (self._meshes[body.zone].cell_type, self._meshes[body.zone].cells + body.start)
-            for body in self._bodies
-        ]
-
-    @property
-    def timings(self) -> dict[str, float]:
-        """Wall-clock seconds spent in each stage.
-
-        ``output`` is the copying of states and what is written at once; vtu, csv and checkpoint
-        files are written in the background, for which the run has waited ``output_wait``.
-        """
-        return {
-            **self._core.timings(),
-            "output": self._output_seconds,
-            "output_wait": self._background.seconds_waited,
-        }
-
-    @property
-    def memory_bytes(self) -> int:
-        """Bytes held by the arrays of nodes and bonds."""
-        return int(self._core.memory_bytes)
-
-    def stable_time_step(self) -> StableTimeStep:
-        """Estimate the largest stable time steps, on the safe side.
-
-        Gershgorin bound of the linearised bond forces and of a full contact; see the core's
-        ``DEMModel::stableTimeStep``.
-        """
-        self.init()
-        if self._stable_time_step is None:  # it stays as it is: only the reference bonds count
-            self._stable_time_step = StableTimeStep(*self._core.stable_time_step())
-        return self._stable_time_step
-
-    def contact_radius(self, p: int, q: int) -> float:
-        """Contact radius Rc [m] of two bodies; an InputError when there is no such body."""
-        self.init()
-        return float(self._core.contact_law(self._body(p).id, self._body(q).id)["radius"])
-
-    def contact_forces(self) -> FloatArray:
-        """Force density of contact and its damping alone, shape (n_nodes, 3) [N/m^3].
-
-        Computed from the current state, which stays as it is. On the nodes of a wall it is
-        what the wall takes up; its sum times the volumes is the wall's reaction.
-        """
-        self.init()
-        return np.asarray(self._core.contact_forces())
-
-    def init(self) -> None:
-        """Build bonds, laws and contact, check the model, set a ``Restart`` state; done once.
-
-        Raises
-        ------
-        InputError
-            If bodies overlap at the start (unless allowed), a test names a body that does not
-            exist or, when strict, the time step is above the estimated stable one.
-        """
-        if self._initialized:
-            return
-        try:
-            self._core.init()
-        except InputError as error:
-            raise InputError(f"{self.deck.path.name}: {error}") from error
-        self._initialized = True
-        try:
-            self.warnings += check_model(
-                self, strict=self._strict, allow_overlap=self._allow_overlap
-            )
-        except InputError:
-            self._initialized = False
-            raise
-        note = contact_time_step_note(self)
-        if note is not None:
-            self.notes.append(note)
-        if self._restarts:
-            self._restarts, self._goes_on = False, True
-            restart_from_deck(self)
-
-    def friction_springs(self) -> tuple[NDArray[np.int32], FloatArray]:
-        """Stretched tangential springs of the friction with history.
-
-        Returns
-        -------
-        nodes : ndarray, shape (k, 2)
-            Node pairs (i, j); the spring pulls i.
-        elongations : ndarray, shape (k, 3)
-            Elongations [m].
-        """
-        nodes, elongations = self._core.slips()
-        return nodes, elongations
+    # Stepping.
 
     def set_intact(self, intact: ArrayLike) -> None:
         """Set which bonds are unbroken.
@@ -424,47 +270,86 @@ class DEMModel:
         NumericalError
             If a velocity runs away, or a position, velocity or force is no longer finite.
         """
-        _check_whole("n", n, 0)
+        whole(n, "n", 0)
         self.start()
         while n > 0:
-            n -= self._core.advance(n, PROGRESS_SECONDS)
+            n -= self.advance(n, PROGRESS_SECONDS)
         check_finite(self)
+
+    def advance(self, n: int, seconds: float) -> int:
+        """Take up to `n` steps of a started model in about `seconds`; return how many."""
+        return int(self._core.advance(n, seconds))
 
     def compute_forces(self) -> None:
         """Compute f, theta and damage_z of the current u, x and v, breaking bonds."""
         self.init()
         self._core.compute_forces()
 
+    # Running.
+
+    @checked
     def run(
         self,
         output: str | os.PathLike[str] | None = None,
         steps: int | None = None,
         callback: Observer | None = None,
-        every: int | None = None,
+        every: float | None = None,
         progress: Observer | None = None,
         *,
-        checkpoint_every: int | None = None,
-    ) -> None:
-        """Run to the end of the deck, or for some steps.
+        until: float | None = None,
+        tags: Sequence[str] | None = None,
+        checkpoint_every: float | None = None,
+        callback_every: float | None = None,
+        record: Any = (),
+        record_every: float | None = None,
+        record_to: str | os.PathLike[str] | None = None,
+        resume: bool = False,
+    ) -> Result:
+        """Run to a time, for some steps, or to the end of the deck.
+
+        Intervals are numbers of steps when they are whole numbers (``50``), and times in seconds
+        otherwise (``2e-5``).
 
         Parameters
         ----------
         output : path-like, optional
-            Folder for the files of the deck's ``Output`` block; none are written without.
+            Folder for vtu files and checkpoints; none are written without. A model made in
+            Python is written there as a deck, too, if one can say it.
         steps : int, optional
-            Number of steps; to the last step of the deck when left out.
+            Number of steps. Before the first step of a model without `dt` it may be given
+            together with `until`: then the time step is until / steps.
         callback : callable, optional
-            Called with the model at the start and after every `every` steps. Files of the
-            outputs so far may still be on their way: they are written in the background.
-        every : int, optional
-            Interval of `callback`, by default the deck's ``Output_Interval``.
+            Called with the model at the start and at intervals. Files of the outputs so far may
+            still be on their way: they are written in the background.
+        every : int or float, optional
+            Interval of outputs; that of the deck, or a hundredth of the run, when left out.
         progress : callable, optional
             Called with the model about ten times a second.
-        checkpoint_every : int, optional
-            Steps between checkpoints ``checkpoint_<step>.h5`` in `output`, of which the last
-            two are kept; also written after the last step. By default none, and in a resumed
-            run the interval it had. With `output`, a run that stops before the last step of the
-            deck (`steps`, Ctrl-C, SIGTERM) writes one in any case, to be gone on with.
+        until : float, optional
+            Simulated time to stop at [s].
+        tags : sequence of str, optional
+            Arrays in the vtu files: tags of ``Output.Tags`` of a deck.
+        checkpoint_every : int or float, optional
+            Interval of checkpoints ``checkpoint_<step>.h5`` in `output`, of which the last two
+            are kept; also written after the last step. By default none, and in a resumed run the
+            interval it had. With `output`, a run that stops before the last step of the model
+            (`steps`, Ctrl-C, SIGTERM) writes one in any case, to be gone on with.
+        callback_every : int or float, optional
+            Interval of `callback`; that of outputs when left out.
+        record : list of str, recorders and functions, optional
+            What to record, see `peridem.recorders`.
+        record_every : int or float, optional
+            Interval of recorders without one of their own; that of outputs when left out.
+        record_to : path-like, optional
+            File for what is recorded, .csv or .parquet; ``series.csv`` in `output` when left out.
+        resume : bool
+            Go on from the newest checkpoint in `output`, bit for bit; start when there is none.
+            For scripts that make a model and may be run again.
+
+        Returns
+        -------
+        Result
+            What was recorded, and a summary.
 
         Raises
         ------
@@ -478,139 +363,65 @@ class DEMModel:
         Terminated
             Likewise after SIGTERM, with `output`; a SystemExit with code 143.
         """
-        every = self.deck.output.output_interval if every is None else every
-        _check_whole("every", every, 1)
         if steps is not None:
-            _check_whole("steps", steps, 0)
-        self.init()
-        last = self.n_steps if steps is None else self.n + steps
-        with contextlib.ExitStack() as stack:
-            signals = stack.enter_context(StopSignals(active=output is not None))
-            checkpoints = self._open_checkpoints(output, checkpoint_every)
-            recorder = stack.enter_context(self._open_recorder(output))
-            stack.enter_context(self._background)
-            self.start()
-            self._observe(recorder, callback, every)
-            while self.n < last and signals.noted is None and self.stop_reason is None:
-                ends = [*recorder.intervals, every]
-                ends += [checkpoints.every] if checkpoints and checkpoints.every else []
-                stop = min(last, *(self._next(end) for end in ends))
-                self._advance(stop - self.n, recorder)
-                self._background.check()
-                self._observe(recorder, callback, every)
-                if checkpoints is not None and checkpoints.is_due(self.n):
-                    self._save(checkpoints)
-                if progress is not None:
-                    progress(self)
-            # A run that stops short can be gone on with.
-            short = self.stop_reason is None and self.n < self.n_steps
-            if checkpoints is not None and (
-                checkpoints.every or signals.noted is not None or short
-            ):
-                self._save(checkpoints)
-
-    def _next(self, interval: int) -> int:
-        return (self.n // interval + 1) * interval
-
-    def _advance(self, n: int, recorder: Recorder) -> None:
-        with self._last_state(recorder):
-            self._core.advance(n, PROGRESS_SECONDS)
-
-    @contextlib.contextmanager
-    def _last_state(self, recorder: Recorder) -> Iterator[None]:
-        """Write the state that a numerical failure leaves, and say where it is."""
-        try:
-            yield
-        except NumericalError as error:
-            path = recorder.write_last()
-            if path is None:
-                raise
-            raise NumericalError(f"{error}; the last state is in {path}") from error
-
-    def _observe(self, recorder: Recorder, callback: Observer | None, every: int) -> None:
-        with self._timed_output():
-            with self._last_state(recorder):
-                check_finite(self)
-            recorder.record()
-            self.stop_reason = recorder.stop_reason
-        if callback is not None and self.n % every == 0:
-            callback(self)
-
-    def _open_recorder(self, output: str | os.PathLike[str] | None) -> Recorder:
-        goes_on = self._goes_on
-        self._goes_on = goes_on or output is not None
+            steps = whole(steps, "steps", 0)
+        if until is not None:
+            until = number(until, "until", above=0, unit="s")
         folder = None if output is None else Path(output)
-        return Recorder(self, folder, goes_on=goes_on, background=self._background)
+        self._every_wanted = every if isinstance(every, float) else None
+        last = self._resumed(folder, until, steps) if resume else self._last_step(until, steps)
+        dt = self.dt
+        self._plan_output(folder, every, tags)
+        interval = self.output_interval
+        if record_to is None and folder is not None and record:
+            record_to = folder / "series.csv"
 
-    def _open_checkpoints(
-        self, output: str | os.PathLike[str] | None, every: int | None
-    ) -> CheckpointWriter | None:
-        if output is None:
-            if every is not None:
-                raise InputError(
-                    f"checkpoint_every = {every}: checkpoints need a folder; give output"
-                )
-            return None
-        self.checkpoint_every = self.checkpoint_every if every is None else every
-        return CheckpointWriter(output, self, self.checkpoint_every, self.last_checkpoint)
+        def in_steps(name: str, value: float | None, default: int) -> int:
+            return default if value is None else interval_in_steps(name, value, dt)
 
-    def _save(self, checkpoints: CheckpointWriter) -> None:
-        if checkpoints.last_step == self.n:
-            return
-
-        def take() -> Job:
-            write = checkpoints.take(self)
-
-            def save() -> None:
-                self.last_checkpoint = write()
-
-            return save
-
-        with self._timed_output():
-            self._background.submit(take)
-
-    @contextlib.contextmanager
-    def _timed_output(self) -> Iterator[None]:
-        """Count the time of the ``with`` as output, but for waiting."""
-        begin, waited = clock.perf_counter(), self._background.seconds_waited
-        yield
-        waited = self._background.seconds_waited - waited
-        self._output_seconds += clock.perf_counter() - begin - waited
-
-    def broken_fraction(self) -> FloatArray:
-        """Fraction of each node's bonds that are broken, shape (n_nodes,).
-
-        Zero for nodes without bonds.
-        """
-        offsets = self.bonds.offsets
-        count = np.diff(offsets)
-        total = np.concatenate([[0], np.cumsum(self.bonds.intact == 0)])
-        broken = total[offsets[1:]] - total[offsets[:-1]]
-        return np.asarray(broken / np.maximum(count, 1))
-
-    def summary(self) -> dict[str, Any]:
-        """Facts about the run so far: steps, time, nodes, bonds, broken bonds, memory."""
-        intact = self.bonds.intact
-        return {
-            "steps": self.n,
-            "time": self.time,
-            "dt": self.dt,
-            "bodies": len(self.bodies),
-            "nodes": self.n_nodes,
-            "bonds": len(intact) // 2,
-            "broken_bonds": int((intact == 0).sum()) // 2,
-            "memory_bytes": self.memory_bytes,
-            "threads": self.threads,
-            "compatibility": self.compatibility,
-            "stop_reason": self.stop_reason,
-        }
-
-
-def _check_whole(name: str, value: Any, least: int) -> None:
-    if not isinstance(value, int | np.integer) or value < least:
-        raise InputError(
-            f"{name} = {value!r}: must be a whole number, at least {least}; correct it"
+        series = SeriesRecorder(
+            make_tables(
+                record,
+                in_steps("record_every", record_every, interval),
+                lambda name, value: interval_in_steps(name, value, dt),
+            ),
+            None if record_to is None else Path(record_to),
+            self.n if self._goes_on else None,
         )
+        checkpoints = None
+        if checkpoint_every is not None:
+            checkpoints = interval_in_steps("checkpoint_every", checkpoint_every, dt)
+        calls = in_steps("callback_every", callback_every, interval)
+        drive(self, Job(last, folder, callback, calls, progress, checkpoints, series))
+        return Result(self.summary(), folder, series)
+
+    # For the loop of a run.
+
+    @property
+    def background(self) -> BackgroundWriter:
+        """Who writes the files of a run while it goes on."""
+        return self._background
+
+    def note_output_time(self, seconds: float) -> None:
+        """Count seconds of wall-clock time as spent on output."""
+        self._output_seconds += seconds
+
+    def note_goes_on(self, writes: bool) -> bool:
+        """Tell whether outputs continue earlier ones, and note that they will if it `writes`."""
+        goes_on = self._goes_on
+        self._goes_on = goes_on or writes
+        return goes_on
+
+
+def _thread_count(threads: int | None) -> int:
+    count = len(os.sched_getaffinity(0)) if threads is None else threads
+    if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
+        raise InputError(f"threads = {threads!r}: must be at least 1; leave it out for all cores")
+    return int(count)
+
+
+def _yet(plan: ModelPlan) -> str:
+    return "" if plan.bodies else " yet"
 
 
 __all__ = ["DEMModel", "NumericalError", "Particle"]

@@ -36,6 +36,8 @@ class Placement:
         Line of the file, counted from 1.
     axis : tuple of float
         Axis of the rotation by `orientation`, of any length; the z axis unless given.
+    where : str
+        What messages call the body; file and line when empty.
     """
 
     zone: int
@@ -44,6 +46,7 @@ class Placement:
     orientation: float | None
     line: int
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    where: str = ""
 
 
 def read_particle_locations(

@@ -39,6 +39,11 @@ def find_deck(checkpoint: Checkpoint) -> Path:
     InputError
         If it is no longer where it was, neither relative to the checkpoint nor absolutely.
     """
+    if checkpoint.deck_paths[-1] == Path("model"):
+        raise InputError(
+            f"{checkpoint.path}: is of a model that a Python script makes and no deck can say; run "
+            "the script again with model.run(..., resume=True)"
+        )
     for path in checkpoint.deck_paths:
         if path.is_file():
             return path.resolve()

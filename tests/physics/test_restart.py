@@ -269,7 +269,7 @@ def test_signal_stops_after_the_step_with_a_checkpoint(
             signal.raise_signal(number)
 
     with pytest.raises(error) as caught:
-        model.run(tmp_path, callback=stop, every=5, checkpoint_every=every)
+        model.run(tmp_path, callback=stop, callback_every=5, checkpoint_every=every)
     assert getattr(caught.value, "code", 143) == 143
     assert signal.getsignal(number) is before
     assert model.last_checkpoint == tmp_path / "checkpoint_45.h5"

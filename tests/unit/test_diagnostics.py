@@ -52,7 +52,7 @@ def test_two_particle_rows_are_those_of_the_model(deck_folder, tmp_path):
         force = (model.contact_forces()[nodes] * model.state.volume[nodes, None]).sum(axis=0)
         seen.append((model.n, model.time, *(above.center - below.center)[:2], *force[:2]))
 
-    model.run(tmp_path / "out", callback=look, every=20)
+    model.run(tmp_path / "out", callback=look, callback_every=20)
     n, t, dx, dy, fx, fy = np.array(seen).T
     rows = read_csv(tmp_path / "out" / "pp_two_particle.csv")
     assert list(rows) == [
@@ -208,7 +208,7 @@ def test_reaction_of_the_wall_is_the_momentum_it_gives(deck_folder, tmp_path, co
         force = model.state.volume[nodes] @ model.state.f[nodes, 1]
         momenta.append((force - weight, model.time))
 
-    model.run(tmp_path / "out", callback=look, every=10)
+    model.run(tmp_path / "out", callback=look, callback_every=10)
     rows = read_csv(tmp_path / "out" / "pp_compressive_test.csv")
     given, t = np.array(momenta).T
     reaction = rows["contact_force [N/m]"]

@@ -147,7 +147,7 @@ def validate(
         _report(error, model, path, problems)
         return None
     wrong = False
-    for where, inner in _walk(block, path):
+    for where, inner in walk(block, path):
         for relative, text in inner.rules():
             problems.add(join(where, relative), text)
             wrong = True
@@ -197,10 +197,10 @@ def _block_at(model: type[Block], location: tuple[int | str, ...]) -> type[Block
     return (nested_block(found) if found is not None else None) or model
 
 
-def _walk(block: Block, path: str) -> Iterator[tuple[str, Block]]:
+def walk(block: Block, path: str) -> Iterator[tuple[str, Block]]:
     """Go through a block and the blocks inside it, with their key paths."""
     yield path, block
     for name, info in type(block).model_fields.items():
         value = getattr(block, name)
         if isinstance(value, Block) and name in block.model_fields_set:
-            yield from _walk(value, join(path, str(info.alias)))
+            yield from walk(value, join(path, str(info.alias)))

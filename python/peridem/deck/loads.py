@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
-from annotated_types import Lt
+from annotated_types import Len, Lt
 
 from .fields import (
     REQUIRED,
@@ -14,6 +14,7 @@ from .fields import (
     Flag,
     Index,
     Integer,
+    Number,
     Numbered,
     Numbers,
     Text,
@@ -226,10 +227,21 @@ class InitialVelocity(Block):
         "Velocity_Vector", "the velocity as [vx, vy, vz]", unit="m/s", default=REQUIRED
     )
     particle_list: tuple[Index, ...] | None = key("Particle_List", "the list of body ids, from 0")
+    spin: Annotated[tuple[Number, ...], Len(3, 3)] | None = key(
+        "Spin",
+        "the angular velocity of each body about its centre of mass as [wx, wy, wz]",
+        unit="rad/s",
+    )
 
 
 class InitialCondition(Block):
     """IC: the initial condition."""
+
+    numbered: ClassVar[Numbered | None] = Numbered("Set_k", InitialVelocity)
+
+    sets: Annotated[Integer, Lt(100001)] = key(
+        "Sets", "the number of further velocities, Set_1, Set_2, ...", default=0, ge=0
+    )
 
     constant_velocity: InitialVelocity | None = key(
         "Constant_Velocity", "the initial velocity and the bodies that have it"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
@@ -63,8 +64,8 @@ class Deck:
         Prescribed displacements, in the order of the deck.
     force_sets : tuple of ForceSet
         Force densities, in the order of the deck.
-    initial_velocity : InitialVelocity or None
-        Velocity [m/s] of some bodies at the start.
+    initial_velocities : tuple of InitialVelocity
+        Velocities [m/s] and spins [rad/s] of some bodies at the start.
     output : Output
         What to write; `path` is absolute.
     neighbor : Neighbor
@@ -83,6 +84,8 @@ class Deck:
         What the deck gives without effect, each with file and line.
     source : Source
         The file's values and lines.
+    inputs : callable or None
+        Gives the hash of each file by key path, where files are in memory only.
     """
 
     path: Path
@@ -96,7 +99,7 @@ class Deck:
     gravity: tuple[float, float, float]
     displacement_sets: tuple[DisplacementSet, ...]
     force_sets: tuple[ForceSet, ...]
-    initial_velocity: InitialVelocity | None
+    initial_velocities: tuple[InitialVelocity, ...]
     output: Output
     neighbor: Neighbor
     container: Container | None
@@ -106,6 +109,12 @@ class Deck:
     restart: Restart | None
     notes: tuple[str, ...]
     source: Source = field(repr=False)
+    inputs: Callable[[], dict[str, str]] | None = field(default=None, repr=False)
+
+    @property
+    def initial_velocity(self) -> InitialVelocity | None:
+        """The first of the initial velocities, if there is any."""
+        return self.initial_velocities[0] if self.initial_velocities else None
 
     @property
     def n_zones(self) -> int:
@@ -181,7 +190,7 @@ def read_deck(path: str | Path) -> Deck:
     contacts = r.resolve_contacts(scope, zones)
     displacements = r.resolve_sets(scope, "Displacement_BC", DisplacementSet)
     forces = r.resolve_sets(scope, "Force_BC", ForceSet)
-    velocity = r.resolve_initial_velocity(scope)
+    velocities = r.resolve_initial_velocities(scope)
     problems.raise_if_any()
 
     particle = _value(parsed, "Particle", Particles) or Particles()
@@ -198,7 +207,7 @@ def read_deck(path: str | Path) -> Deck:
         gravity=r.vector3(gravity.gravity if gravity else None),
         displacement_sets=displacements,
         force_sets=forces,
-        initial_velocity=velocity,
+        initial_velocities=velocities,
         output=_output(scope),
         neighbor=_value(parsed, "Neighbor", Neighbor) or Neighbor(),
         container=_value(parsed, "Container", Container),

@@ -370,12 +370,7 @@ def resolve_sets(scope: Scope, block: str, kind: type[L]) -> tuple[L, ...]:
     if value is None:
         return ()
     n = int(getattr(value, "sets", 0))
-    names = [f"Set_{k}" for k in range(1, n + 1)]
-    for name in items:
-        if name not in names:
-            scope.problems.add(
-                f"{block}.{name}", f"is beyond {block}.Sets = {n}; correct Sets or remove it"
-            )
+    names = _announced(scope, block, n)
     found = []
     for name in names:
         if name not in items:
@@ -404,18 +399,43 @@ def _resolve_direction(scope: Scope, path: str, load: L) -> L:
     return load.model_copy(update={"direction": (1, 2) if axis is None else (1, 2, 3)})
 
 
-def resolve_initial_velocity(scope: Scope) -> InitialVelocity | None:
-    """Complete the initial velocity: three components, body 0 in Single_Particle runs."""
-    velocity = getattr(scope.parsed.value("IC"), "constant_velocity", None)
-    if not isinstance(velocity, InitialVelocity):
-        return None
+def resolve_initial_velocities(scope: Scope) -> tuple[InitialVelocity, ...]:
+    """Complete the initial velocities: three components, body 0 in Single_Particle runs."""
+    value = scope.parsed.value("IC")
+    first = getattr(value, "constant_velocity", None)
+    items = scope.parsed.items("IC")
+    if isinstance(first, InitialVelocity):
+        items = {"Constant_Velocity": first, **items}
+    n = int(getattr(value, "sets", 0))
+    for name in _announced(scope, "IC", n):
+        if name not in items:
+            scope.problems.add(f"IC.{name}", f"missing; IC.Sets = {n} announces it")
+    return tuple(
+        _complete_velocity(scope, f"IC.{name}", velocity)
+        for name, velocity in items.items()
+        if isinstance(velocity, InitialVelocity)
+    )
+
+
+def _announced(scope: Scope, block: str, n: int) -> list[str]:
+    """Names of the sets that ``Sets`` announces; those beyond are reported."""
+    names = [f"Set_{k}" for k in range(1, n + 1)]
+    for name in scope.parsed.items(block):
+        if name not in names:
+            scope.problems.add(
+                f"{block}.{name}", f"is beyond {block}.Sets = {n}; correct Sets or remove it"
+            )
+    return names
+
+
+def _complete_velocity(scope: Scope, path: str, velocity: InitialVelocity) -> InitialVelocity:
     bodies = velocity.particle_list
     if scope.single and bodies is None:
         bodies = (0,)
     if not bodies:
-        scope.problems.add(
-            "IC.Constant_Velocity.Particle_List", "missing; give the list of body ids, from 0"
-        )
+        scope.problems.add(f"{path}.Particle_List", "missing; give the list of body ids, from 0")
+    if scope.dimension == 2 and velocity.spin is not None and any(velocity.spin[:2]):
+        scope.problems.add(f"{path}.Spin", "must be about z in 2D; give [0, 0, wz]")
     vector = vector3(velocity.velocity_vector)
     return velocity.model_copy(update={"velocity_vector": vector, "particle_list": bodies or ()})
 

@@ -2,5 +2,6 @@
 
 from .base import Shape
 from .factory import SHAPE_TYPES, make_shape, parameter_forms
+from .general import Region, Solid
 
-__all__ = ["SHAPE_TYPES", "Shape", "make_shape", "parameter_forms"]
+__all__ = ["SHAPE_TYPES", "Region", "Shape", "Solid", "make_shape", "parameter_forms"]

@@ -7,7 +7,9 @@ import importlib
 import io
 import os
 import warnings
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -45,8 +47,7 @@ def read_mesh(path: str | os.PathLike[str], dimension: int) -> Mesh:
         nodes belong to no element, or elements have no volume.
     """
     file = Path(path)
-    readers = {".msh": _read_msh, ".vtu": _read_vtu, ".csv": _read_csv}
-    reader = readers.get(file.suffix.lower())
+    reader = _READERS.get(file.suffix.lower())
     if reader is None:
         raise InputError(
             f"{file}: mesh file ends in {file.suffix!r}: only .msh, .vtu and .csv can be read; "
@@ -54,6 +55,33 @@ def read_mesh(path: str | os.PathLike[str], dimension: int) -> Mesh:
         )
     content = _content(file)
     return checked_mesh(reader(file, content), dimension, str(file))
+
+
+def read_raw_mesh(path: str | os.PathLike[str]) -> RawMesh:
+    """Read all elements of a mesh file, in the formats of `read_mesh` or any of meshio's.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; its ending says the format.
+
+    Returns
+    -------
+    RawMesh
+        Unchecked; see `peridem.mesh.checks.checked_mesh`.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    file = Path(path)
+    reader = _READERS.get(file.suffix.lower())
+    content = _content(file)
+    if reader is not None:
+        return reader(file, content)
+    found = read_with_meshio(file)
+    return _collected(file, found.points, found.cells, found.point_data.get(VOLUME_NAME))
 
 
 def _content(file: Path) -> bytes:
@@ -101,11 +129,29 @@ def _read_vtu(file: Path, content: bytes) -> RawMesh:
         raise InputError(
             f"{file}: the file holds no UnstructuredGrid: it is not a VTU mesh; write it again"
         )
-    return _read_with_meshio(file)
+    found = read_with_meshio(file, "vtu")
+    return _collected(file, found.points, found.cells, found.point_data.get(VOLUME_NAME))
 
 
-def _read_with_meshio(file: Path) -> RawMesh:
-    """Read a .vtu through meshio, which may print, raise anything or leave through sys.exit."""
+def read_with_meshio(file: Path, file_format: str | None = None) -> Any:
+    """Read a file through meshio, which may print, raise anything or leave through sys.exit.
+
+    Parameters
+    ----------
+    file : Path
+        The file.
+    file_format : str, optional
+        Name that meshio has for the format, by the ending of the file unless given.
+
+    Returns
+    -------
+    meshio.Mesh
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
     # loaded late, as most meshes do not need it; by name, as it has no type information
     meshio = importlib.import_module("meshio")
     said = io.StringIO()
@@ -116,14 +162,14 @@ def _read_with_meshio(file: Path) -> RawMesh:
             warnings.catch_warnings(),
         ):
             warnings.simplefilter("ignore")
-            found = meshio.read(file, file_format="vtu")
+            return meshio.read(file, file_format=file_format)
     except (Exception, SystemExit) as error:
         reason = " ".join((str(error) or type(error).__name__).split())
+        kind = (file_format or file.suffix.lstrip(".")).upper()
         raise InputError(
-            f"{file}: the file cannot be read as a VTU mesh ({reason}): it is damaged "
+            f"{file}: the file cannot be read as a {kind} mesh ({reason}): it is damaged "
             "or cut off; write it again"
         ) from None
-    return _collected(file, found.points, found.cells, found.point_data.get(VOLUME_NAME))
 
 
 def _collected(file: Path, points: object, cells: object, volumes: object) -> RawMesh:
@@ -189,3 +235,10 @@ def _csv_row(file: Path, number: int, line: str, names: list[str]) -> list[float
             f"{file}:{number}: id = {values[0].strip()}: must be an integer; number anew"
         )
     return row
+
+
+_READERS: dict[str, Callable[[Path, bytes], RawMesh]] = {
+    ".msh": _read_msh,
+    ".vtu": _read_vtu,
+    ".csv": _read_csv,
+}

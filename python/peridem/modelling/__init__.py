@@ -1,0 +1,1 @@
+"""The modelling functions of `peridem.DEMModel`: what they collect becomes the blocks of a deck."""

@@ -1,0 +1,214 @@
+"""Recorders: what a run writes down at intervals, by name, by body, or by a function of yours.
+
+A recorder is called with the model and returns a number, a sequence of numbers, or a dict of
+numbers by column. It may have the attributes ``name`` (of its table), ``columns`` (names of the
+numbers) and ``every`` (its own interval, in steps or seconds). Names stand for recorders in the
+registry:
+
+    @peridem.recorders.register("fastest")
+    def fastest():
+        return lambda model: np.linalg.norm(model.state.v, axis=1).max()
+
+    model.run(until=1e-3, record=["fastest"])
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import numpy as np
+
+from .errors import InputError
+from .modelling.arguments import did_you_mean
+
+if TYPE_CHECKING:
+    from .model import DEMModel
+
+__all__ = [
+    "Recorder",
+    "contacts",
+    "damage",
+    "kinetic_energy",
+    "momentum",
+    "names",
+    "position",
+    "reaction",
+    "register",
+    "velocity",
+]
+
+Values = float | Sequence[float] | Mapping[str, float]
+
+
+class Recorder(Protocol):
+    """What is called at intervals and gives numbers."""
+
+    def __call__(self, model: DEMModel, /) -> Values:
+        """Return the numbers of this moment."""
+
+
+Factory = Callable[[], Callable[["DEMModel"], Any]]
+F = TypeVar("F", bound=Factory)
+
+_REGISTRY: dict[str, Factory] = {}
+
+
+def register(name: str) -> Callable[[F], F]:
+    """Register what makes the recorder of a name.
+
+    Parameters
+    ----------
+    name : str
+        What to write in ``record=[...]``.
+
+    Returns
+    -------
+    callable
+        A decorator for a function without arguments that returns the recorder.
+    """
+
+    def keep(factory: F) -> F:
+        _REGISTRY[name] = factory
+        return factory
+
+    return keep
+
+
+def names() -> list[str]:
+    """Names that ``record=[...]`` may have."""
+    return sorted(_REGISTRY)
+
+
+def by_name(name: str) -> Callable[[DEMModel], Any]:
+    """Make the recorder of a name.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if name not in _REGISTRY:
+        raise InputError(f"record = {name!r}: no such recorder; {did_you_mean(name, names())}")
+    return _REGISTRY[name]()
+
+
+class _Of:
+    """A recorder made of a function."""
+
+    def __init__(
+        self, function: Callable[[DEMModel], Any], name: str, every: float | None = None
+    ) -> None:
+        self.function = function
+        self.name = name
+        self.every = every
+
+    def __call__(self, model: DEMModel) -> Any:
+        return self.function(model)
+
+    def __repr__(self) -> str:
+        return f"<recorder {self.name!r}>"
+
+
+def _named(bodies: Any) -> str:
+    if isinstance(bodies, str | int):
+        return str(bodies)
+    name = getattr(bodies, "name", None)
+    return str(name) if name is not None else "+".join(_named(one) for one in bodies)
+
+
+def _vector(model: DEMModel, values: Any) -> dict[str, float]:
+    return {axis: float(values[k]) for k, axis in enumerate("xyz"[: model.dimension])}
+
+
+def reaction(bodies: Any, *, every: float | None = None, name: str | None = None) -> Recorder:
+    """Record the force of contact on bodies: x, y[, z] [N], per unit thickness in 2D.
+
+    Parameters
+    ----------
+    bodies : Body, Bodies, int, str or sequence of them
+        One or several bodies; the force is that on all of them together.
+    every : int or float, optional
+        Interval, in steps (int) or seconds (float).
+    name : str, optional
+        Name of the table, ``reaction_<body>`` when left out.
+    """
+
+    def measure(model: DEMModel) -> dict[str, float]:
+        nodes = model.nodes_of(bodies)
+        return _vector(model, model.state.volume[nodes] @ model.contact_forces()[nodes])
+
+    return _Of(measure, name or f"reaction_{_named(bodies)}", every)
+
+
+def _mean(model: DEMModel, bodies: Any, attribute: str) -> dict[str, float]:
+    nodes, state = model.nodes_of(bodies), model.state
+    mass = state.volume[nodes] * state.density[nodes]
+    return _vector(model, mass @ getattr(state, attribute)[nodes] / mass.sum())
+
+
+def position(bodies: Any, *, every: float | None = None, name: str | None = None) -> Recorder:
+    """Record the centre of mass of bodies: x, y[, z] [m]; arguments as in `reaction`."""
+    label = name or f"position_{_named(bodies)}"
+    return _Of(lambda model: _mean(model, bodies, "x"), label, every)
+
+
+def velocity(bodies: Any, *, every: float | None = None, name: str | None = None) -> Recorder:
+    """Record the velocity of the centre of mass of bodies: x, y[, z] [m/s]; as `reaction`."""
+    label = name or f"velocity_{_named(bodies)}"
+    return _Of(lambda model: _mean(model, bodies, "v"), label, every)
+
+
+@register("momentum")
+def momentum(*, every: float | None = None) -> Recorder:
+    """Record linear momentum px, py[, pz] [kg m/s] and angular momentum about the origin.
+
+    The latter is Lz in 2D and Lx, Ly, Lz in 3D [kg m^2/s]; all per unit thickness in 2D.
+    """
+
+    def measure(model: DEMModel) -> dict[str, float]:
+        s = model.state
+        p = (s.volume * s.density)[:, None] * s.v
+        linear, angular = p.sum(axis=0), np.cross(s.x, p).sum(axis=0)
+        axes = "xyz" if model.dimension == 3 else "z"
+        return {
+            **{f"p{axis}": value for axis, value in _vector(model, linear).items()},
+            **{f"L{axis}": float(angular["xyz".index(axis)]) for axis in axes},
+        }
+
+    return _Of(measure, "momentum", every)
+
+
+@register("kinetic_energy")
+def kinetic_energy(*, every: float | None = None) -> Recorder:
+    """Record the kinetic energy [J], per unit thickness in 2D."""
+
+    def measure(model: DEMModel) -> float:
+        s = model.state
+        return float(0.5 * (s.density * s.volume * (s.v**2).sum(axis=1)).sum())
+
+    return _Of(measure, "kinetic_energy", every)
+
+
+@register("damage")
+def damage(*, every: float | None = None) -> Recorder:
+    """Record the fraction of bonds that are broken, and their number."""
+
+    def measure(model: DEMModel) -> dict[str, float]:
+        intact = model.bonds.intact
+        broken = int((intact == 0).sum()) // 2
+        return {"fraction": broken / max(len(intact) // 2, 1), "broken": broken}
+
+    return _Of(measure, "damage", every)
+
+
+@register("contacts")
+def contacts(*, every: float | None = None) -> Recorder:
+    """Record the number of pairs of bodies, and of nodes, that touch."""
+
+    def measure(model: DEMModel) -> dict[str, float]:
+        pairs = model.touching_nodes()
+        ids = np.sort(model.state.particle_id[pairs], axis=1)
+        return {"bodies": len(np.unique(ids, axis=0)), "nodes": len(pairs)}
+
+    return _Of(measure, "contacts", every)
