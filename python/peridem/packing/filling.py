@@ -101,7 +101,7 @@ def random(
     if homeless.any():
         centers[homeless] = region.sample(rng, int(homeless.sum()))
         mover = mover_of(recipe, grains, centers, region, gap)
-        outcome = separate(mover, int(_STEPS * effort))
+        outcome = separate(mover, int(_STEPS * effort), rng)
         n = len(grains.scales)
         grains = replace(grains, angles=_angles(recipe, mover, n, grains))
         centers = mover.grains.center[:n]

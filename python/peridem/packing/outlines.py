@@ -19,7 +19,7 @@ from ..geometry.base import FloatArray
 from ..geometry.composite import Complex, Difference
 from ..geometry.primitives import Ball, Ellipse
 
-_ELLIPSE_SIDES = 32
+_ELLIPSE_SIDES = 24
 
 
 @dataclass(frozen=True)

@@ -138,10 +138,10 @@ def _pour(
         order = np.concatenate([order, load[found]])
         centers = np.vstack([centers, places[found]])
         waiting = np.setdiff1d(waiting, order)
-        grains, centers = _sunk(recipe, grains, order, centers, region, gap, down, _WEIGHTS[:1], steps)
+        grains, centers = _sunk(recipe, grains, order, centers, region, gap, down, _WEIGHTS[:1], steps, rng)
         if len(waiting) == 0:
             break
-    grains, centers = _sunk(recipe, grains, order, centers, region, gap, down, _WEIGHTS[1:], steps)
+    grains, centers = _sunk(recipe, grains, order, centers, region, gap, down, _WEIGHTS[1:], steps, rng)
     return _taken(grains, order), centers
 
 
@@ -161,12 +161,13 @@ def _sunk(
     down: FloatArray,
     weights: tuple[float, ...],
     steps: int,
+    rng: np.random.Generator,
 ) -> tuple[Grains, FloatArray]:
     """Let what is placed sink, then remove overlaps."""
     mover = mover_of(recipe, _taken(grains, order), centers, region, gap)
     for weight in weights:
         settle(mover, weight * mover.scale * down, _FALL * mover.scale, steps)
-    outcome = separate(mover, steps)
+    outcome = separate(mover, steps, rng)
     _check(outcome, mover)
     n = len(order)
     if recipe.dimension == 2:

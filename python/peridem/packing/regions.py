@@ -13,6 +13,7 @@ from ..geometry.base import FloatArray
 from ..geometry.primitives import Ball, Box, Cylinder
 from .domains import Funnel
 from .outlines import polygon_of
+from .pairs import IndexArray
 
 _DIRECTIONS = 400
 
@@ -62,6 +63,17 @@ class Region(ABC):
         normal : ndarray, shape (m, d)
         """
 
+    def walls(
+        self, centers: FloatArray, radii: FloatArray
+    ) -> tuple[IndexArray, FloatArray, FloatArray]:
+        """Return every wall that a ball sticks out of: which ball, how far [m], the way back in.
+
+        Unlike `push`, which names the worst, this changes smoothly as a ball moves in a corner.
+        """
+        depth, normal = self.push(centers, radii)
+        out = np.flatnonzero(depth > 0.0)
+        return out, depth[out], normal[out]
+
     def sample(self, rng: np.random.Generator, count: int) -> FloatArray:
         """Return `count` points, uniform over the region, shape (count, d) [m]."""
         lower, upper = self.box
@@ -88,6 +100,13 @@ class _Planes(Region):
         height = centers @ self.normals.T - self.offsets
         worst = height.argmax(axis=1)
         return height[np.arange(len(worst)), worst] + radii, -self.normals[worst]
+
+    def walls(
+        self, centers: FloatArray, radii: FloatArray
+    ) -> tuple[IndexArray, FloatArray, FloatArray]:
+        depth = centers @ self.normals.T - self.offsets + radii[:, None]
+        out, wall = np.nonzero(depth > 0.0)
+        return out, depth[out, wall], -self.normals[wall]
 
 
 class _Round(Region):
@@ -117,17 +136,31 @@ class _Revolved(Region):
         self.normals = np.column_stack([edge[:, 1], -edge[:, 0]])
         self.offsets = (self.normals * profile[:-1]).sum(axis=1)
 
-    def push(self, centers: FloatArray, radii: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _heights(self, centers: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Height over each wall, and the direction away from the axis."""
         d = centers - self.base
         along = d @ self.axis
         outward = d - np.outer(along, self.axis)
         rho = np.sqrt((outward * outward).sum(axis=1))
         outward = outward / np.where(rho > 0, rho, 1.0)[:, None]
-        height = np.column_stack([rho, along]) @ self.normals.T - self.offsets
+        return np.column_stack([rho, along]) @ self.normals.T - self.offsets, outward
+
+    def _inward(self, wall: IndexArray, outward: FloatArray) -> FloatArray:
+        n = self.normals[wall]
+        return -(n[:, :1] * outward + np.outer(n[:, 1], self.axis))
+
+    def push(self, centers: FloatArray, radii: FloatArray) -> tuple[FloatArray, FloatArray]:
+        height, outward = self._heights(centers)
         worst = height.argmax(axis=1)
-        n = self.normals[worst]
-        normal = -(n[:, :1] * outward + np.outer(n[:, 1], self.axis))
-        return height[np.arange(len(worst)), worst] + radii, normal
+        return height[np.arange(len(worst)), worst] + radii, self._inward(worst, outward)
+
+    def walls(
+        self, centers: FloatArray, radii: FloatArray
+    ) -> tuple[IndexArray, FloatArray, FloatArray]:
+        height, outward = self._heights(centers)
+        depth = height + radii[:, None]
+        out, wall = np.nonzero(depth > 0.0)
+        return out, depth[out, wall], self._inward(wall, outward[out])
 
 
 class _Outlined(Region):

@@ -16,6 +16,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from ..geometry.base import FloatArray
 from .assembly import Assembly, Candidates, Contacts
@@ -26,6 +28,12 @@ _SKIN = 0.4
 _LONGEST_MOVE = 0.15
 """Largest move in a step, in radii of the grain."""
 _TIME_STEP = 0.35
+_PATIENCE, _STUCK = 100, 0.975
+"""Every so many steps progress is looked at: a smaller part of the energy must be left."""
+_CAUGHT = 0.2
+"""Overlap, in radii, that after that many steps means a grain is caught in another."""
+_PLACES = 400
+"""Random places looked at for a caught grain."""
 _MARGIN = 2e-3
 """How far grains are driven apart beyond the gap, in mean radii, so that relaxation ends."""
 
@@ -105,11 +113,9 @@ class Mover:
         if len(owner) == 0:
             nothing = np.empty((0, self.grains.dimension))
             return Contacts(owner, owner, nothing, np.empty(0), nothing)
-        depth, normal = self.region.push(centers, radii)
-        out = depth > 0.0
-        point = centers[out] - normal[out] * radii[out, None]
-        wall = np.full(int(out.sum()), -1, dtype=np.intp)
-        return Contacts(owner[out], wall, normal[out], depth[out], point)
+        out, depth, normal = self.region.walls(centers, radii)
+        point = centers[out] - normal * radii[out, None]
+        return Contacts(owner[out], np.full(len(out), -1, dtype=np.intp), normal, depth, point)
 
     def forces(self, found: Contacts) -> FloatArray:
         """Sum the contacts: forces, and torques over the radius of gyration, shape (n, d + 1)."""
@@ -144,6 +150,34 @@ class Mover:
         self.grains.center += step[:, :-1]
         self.grains.angle += step[:, -1] / self.gyration
 
+    def caught(self, found: Contacts) -> NDArray[np.intp]:
+        """Return the grains so deep in others that pushing does not free them.
+
+        Of each two the smaller one: crossed long grains, one in the bay of another.
+        """
+        radius = np.append(self.grains.radius, np.inf)  # the last stands for the wall, -1
+        first_is = radius[found.first] <= radius[found.second]
+        smaller = np.where(first_is, found.first, found.second)
+        # a fixed corner has no radius and cannot go
+        smaller = np.where(smaller < self.moving, smaller, found.first + found.second - smaller)
+        deep = found.depth - self.gap > _CAUGHT * self.grains.radius[smaller]
+        return np.asarray(np.unique(smaller[deep]))
+
+    def transplant(self, caught: NDArray[np.intp], rng: np.random.Generator) -> None:
+        """Put grains, turned at random, where random places have most room around them."""
+        g = self.grains
+        for grain in caught:
+            places = self.region.sample(rng, _PLACES)
+            others = np.delete(np.arange(self.moving), grain)
+            near = cKDTree(g.center[others]).query(places, k=min(6, len(others)))
+            distance, who = (part.reshape(len(places), -1) for part in near)
+            room = (distance - 0.8 * g.radius[others][who]).min(axis=1, initial=np.inf)
+            depth, _ = self.region.push(places, np.zeros(len(places)))
+            best = np.argmax(np.minimum(room, -depth))
+            g.center[grain] = places[best]
+            g.angle[grain] = 2.0 * np.pi * rng.random()
+        self._built = None
+
     def outcome(self, found: Contacts, steps: int, extra: float) -> Outcome:
         """Return what is left of overlaps that were found with an `extra` gap [m]."""
         left = found.depth - extra
@@ -151,7 +185,7 @@ class Mover:
         return Outcome(float(left.max(initial=0.0)), len(np.unique(grains)), steps)
 
 
-def separate(mover: Mover, steps: int) -> Outcome:
+def separate(mover: Mover, steps: int, rng: np.random.Generator) -> Outcome:
     """Move grains until none overlap, or until that gets nowhere.
 
     Parameters
@@ -159,6 +193,8 @@ def separate(mover: Mover, steps: int) -> Outcome:
     mover : Mover
     steps : int
         Most steps to take.
+    rng : Generator
+        For new places of grains that are caught in others.
     """
     velocity = np.zeros((len(mover.grains), mover.grains.dimension + 1))
     step, mixing, downhill = 0.5 * _TIME_STEP, 0.1, 0
@@ -168,9 +204,15 @@ def separate(mover: Mover, steps: int) -> Outcome:
         found = mover.contacts(gap)
         if found.depth.max(initial=0.0) <= mover.margin:
             return mover.outcome(found, k, mover.margin)
-        if k % 200 == 199:
+        if k % _PATIENCE == _PATIENCE - 1:
+            caught = mover.caught(found)
             energy = float((found.depth**2).sum())
-            if energy > 0.95 * before:
+            if len(caught):
+                velocity[caught] = 0.0
+                mover.transplant(caught, rng)
+                before = np.inf
+                continue
+            if energy > _STUCK * before:
                 return mover.outcome(found, k, mover.margin)
             before = energy
         force = mover.forces(found)
