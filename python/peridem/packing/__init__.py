@@ -9,6 +9,7 @@ from .filling import random
 from .lattices import grid, hexagonal
 from .pouring import poured
 from .result import Packing
+from .tessellation import voronoi
 from .sizes import Constant, Grading, LogNormal, Normal, Sizes, Uniform
 
 __all__ = [
@@ -24,4 +25,5 @@ __all__ = [
     "hexagonal",
     "poured",
     "random",
+    "voronoi",
 ]

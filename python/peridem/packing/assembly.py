@@ -101,26 +101,24 @@ class Assembly:
         rows = [(g, p) for g in range(len(index)) for p in outlines[index[g]].pieces]
         self.owner = np.array([g for g, _ in rows], dtype=np.intp)
         self.starts = np.searchsorted(self.owner, np.arange(len(index) + 1))
-        # short polygons repeat their last vertex; the sides in excess are never the nearest
-        self.vertices = np.zeros((len(rows), most, 2))
         self.sides = np.array([len(p) for _, p in rows], dtype=np.intp)
+        # all arrays of polygons are of shape (2,) most, m, polygons last: so numpy is fastest;
+        # short polygons repeat their last vertex, the sides in excess are never the nearest
+        self.vertices = np.zeros((2, most, len(rows)))
         for k, (g, p) in enumerate(rows):
-            self.vertices[k, : len(p)] = p * scales[g]
-            self.vertices[k, len(p) :] = p[-1] * scales[g]
-        real = np.arange(most) < self.sides[:, None]
-        after = np.where(np.arange(most) + 1 < self.sides[:, None], np.arange(most) + 1, 0)
-        edge = np.take_along_axis(self.vertices, after[:, :, None], axis=1) - self.vertices
-        edge[~real] = 0.0
-        self.length = np.where(real, np.hypot(edge[..., 0], edge[..., 1]), 1.0)
-        self.tangent = edge / self.length[..., None]
-        normal = np.stack([self.tangent[..., 1], -self.tangent[..., 0]], axis=-1)
-        self.offset = np.where(real, (normal * self.vertices).sum(axis=-1), _FAR)
-        self.normal, self.real = normal, real
-        self.middle = (self.vertices * real[..., None]).sum(axis=1) / np.maximum(
-            self.sides[:, None], 1
-        )
-        reach = np.linalg.norm(self.vertices - self.middle[:, None], axis=-1)
-        self.extent = reach.max(axis=1, initial=0.0)
+            self.vertices[:, : len(p), k] = p.T * scales[g]
+            self.vertices[:, len(p) :, k] = p[-1:].T * scales[g]
+        corner = np.arange(most)[:, None]
+        self.real = corner < self.sides
+        after = np.where(corner + 1 < self.sides, corner + 1, 0)
+        edge = np.take_along_axis(self.vertices, after[None], axis=1) - self.vertices
+        edge[:, ~self.real] = 0.0
+        self.length = np.where(self.real, np.hypot(*edge), 1.0)
+        self.tangent = edge / self.length
+        self.normal = np.stack([self.tangent[1], -self.tangent[0]])
+        self.offset = np.where(self.real, (self.normal * self.vertices).sum(axis=0), _FAR)
+        self.middle = (self.vertices * self.real).sum(axis=1) / np.maximum(self.sides, 1)
+        self.extent = np.hypot(*(self.vertices - self.middle[:, None])).max(axis=0, initial=0.0)
 
     # where the pieces are now
 
@@ -131,11 +129,11 @@ class Assembly:
         c, s = np.cos(self.angle)[self.owner], np.sin(self.angle)[self.owner]
 
         def turned(v: FloatArray) -> FloatArray:
-            c_, s_ = (c, s) if v.ndim == 2 else (c[:, None], s[:, None])
-            return np.stack([c_ * v[..., 0] - s_ * v[..., 1], s_ * v[..., 0] + c_ * v[..., 1]], -1)
+            return np.stack([c * v[0] - s * v[1], s * v[0] + c * v[1]])
 
         self.now_vertices, self.now_middle = turned(self.vertices), turned(self.middle)
-        self.now_tangent, self.now_normal = turned(self.tangent), turned(self.normal)
+        self.now_tangent = turned(self.tangent)
+        self.now_normal = np.stack([self.now_tangent[1], -self.now_tangent[0]])
 
     # candidates
 
@@ -160,7 +158,7 @@ class Assembly:
         disc = disc[row]
         if len(disc) == 0:
             return disc, piece
-        middle = self.center[self.owner[piece]] + self.now_middle[piece]
+        middle = self.center[self.owner[piece]] + self.now_middle[:, piece].T
         distance = np.linalg.norm(self.center[disc] - middle, axis=1)
         near = distance <= self.radius[disc] + self.extent[piece] + reach
         return disc[near], piece[near]
@@ -177,9 +175,9 @@ class Assembly:
         return first[near], second[near]
 
     def _distance(self, first: IndexArray, second: IndexArray) -> FloatArray:
-        a, b = self.owner[first], self.owner[second]
-        gap = self.center[a] - self.center[b] + self.now_middle[first] - self.now_middle[second]
-        return np.asarray(np.hypot(gap[:, 0], gap[:, 1]))
+        shift = self.center[self.owner[first]] - self.center[self.owner[second]]
+        middle = self.now_middle[:, first] - self.now_middle[:, second]
+        return np.asarray(np.hypot(shift[:, 0] + middle[0], shift[:, 1] + middle[1]))
 
     # contacts
 
@@ -208,23 +206,24 @@ class Assembly:
 
     def _disc_on_polygon(self, disc: IndexArray, piece: IndexArray, gap: float) -> Contacts:
         grain = self.owner[piece]
-        p = self.center[disc] - self.center[grain]
-        off = p - self.now_middle[piece]
-        near = np.hypot(off[:, 0], off[:, 1]) < self.radius[disc] + self.extent[piece] + gap
-        disc, piece, grain, p = disc[near], piece[near], grain[near], p[near]
-        normals, vertices = self.now_normal[piece], self.now_vertices[piece]
-        tangents, lengths = self.now_tangent[piece], self.length[piece]
-        height = (normals * p[:, None]).sum(axis=2) - self.offset[piece]
-        side = height.argmax(axis=1)
+        p = (self.center[disc] - self.center[grain]).T
+        near = np.hypot(*(p - self.now_middle[:, piece])) < (
+            self.radius[disc] + self.extent[piece] + gap
+        )
+        disc, piece, grain, p = disc[near], piece[near], grain[near], p[:, near]
+        normals, tangents = self.now_normal[:, :, piece], self.now_tangent[:, :, piece]
+        height = normals[0] * p[0] + normals[1] * p[1] - self.offset[:, piece]
+        side = height.argmax(axis=0)
         rows = np.arange(len(disc))
-        along = ((p[:, None] - vertices) * tangents).sum(axis=2).clip(0.0, lengths)
-        away = p[:, None] - vertices - along[..., None] * tangents
-        apart2 = np.where(self.real[piece], (away**2).sum(axis=2), _FAR)
-        nearest = apart2.argmin(axis=1)
-        outside = height[rows, side] > 0.0
-        apart = np.where(outside, np.sqrt(apart2[rows, nearest]), height[rows, side])
-        outward = away[rows, nearest] / np.where(outside, apart, 1.0)[:, None]
-        normal = np.where(outside[:, None], outward, normals[rows, side])
+        away = p[:, None] - self.now_vertices[:, :, piece]
+        along = (away[0] * tangents[0] + away[1] * tangents[1]).clip(0.0, self.length[:, piece])
+        away -= along * tangents
+        apart2 = np.where(self.real[:, piece], away[0] ** 2 + away[1] ** 2, _FAR)
+        nearest = apart2.argmin(axis=0)
+        outside = height[side, rows] > 0.0
+        apart = np.where(outside, np.sqrt(apart2[nearest, rows]), height[side, rows])
+        outward = away[:, nearest, rows] / np.where(outside, apart, 1.0)
+        normal = np.where(outside, outward, normals[:, side, rows]).T
         depth = self.radius[disc] + gap - apart
         touch = depth > 0.0
         point = self.center[disc] - normal * self.radius[disc][:, None]
@@ -243,37 +242,36 @@ class Assembly:
         guest = np.where(by_second, first, second)[touch]
         side = np.where(by_second, over_second[1], over_first[1])[touch]
         point = self._touching_point(guest, face, side, gap)
-        normal = sign[touch, None] * self.now_normal[face, side]
+        normal = sign[touch, None] * self.now_normal[:, side, face].T
         return Contacts(
             self.owner[first[touch]], self.owner[second[touch]], normal, depth[touch], point
         )
 
     def _relative(self, guest: IndexArray, face: IndexArray) -> FloatArray:
-        """Vertices of `guest` about the centre of the grain of `face`."""
+        """Vertices of `guest` about the centre of the grain of `face`, shape (2, most, c)."""
         shift = self.center[self.owner[guest]] - self.center[self.owner[face]]
-        return np.asarray(self.now_vertices[guest] + shift[:, None])
+        return np.asarray(self.now_vertices[:, :, guest] + shift.T[:, None])
 
     def _highest(self, guest: IndexArray, face: IndexArray) -> tuple[FloatArray, IndexArray]:
         """Separation by the best side of `face`, and which it is."""
-        v, n = self._relative(guest, face), self.now_normal[face]
-        height = n[:, :, None, 0] * v[:, None, :, 0] + n[:, :, None, 1] * v[:, None, :, 1]
-        lowest = height.min(axis=2) - self.offset[face]
-        side = lowest.argmax(axis=1)
-        return lowest[np.arange(len(face)), side], side
+        v, n = self._relative(guest, face)[:, :, None], self.now_normal[:, None, :, face]
+        lowest = (n[0] * v[0] + n[1] * v[1]).min(axis=0) - self.offset[:, face]
+        side = lowest.argmax(axis=0)
+        return lowest[side, np.arange(len(face))], side
 
     def _touching_point(
         self, guest: IndexArray, face: IndexArray, side: IndexArray, gap: float
     ) -> FloatArray:
         """Mean of the vertices below the side, by depth, each moved to within the side."""
         v = self._relative(guest, face)
-        n, t = self.now_normal[face, side], self.now_tangent[face, side]
-        corner = self.now_vertices[face, side]
-        below = gap + self.offset[face, side][:, None] - (v * n[:, None]).sum(axis=2)
-        weight = np.where(self.real[guest], np.maximum(below, 0.0), 0.0)
-        along = ((v - corner[:, None]) * t[:, None]).sum(axis=2)
-        along = along.clip(0.0, self.length[face, side][:, None])
-        mean = (weight * along).sum(axis=1) / weight.sum(axis=1)
-        return np.asarray(self.center[self.owner[face]] + corner + mean[:, None] * t)
+        n, t = self.now_normal[:, side, face], self.now_tangent[:, side, face]
+        corner = self.now_vertices[:, side, face]
+        below = gap + self.offset[side, face] - (v[0] * n[0] + v[1] * n[1])
+        weight = np.where(self.real[:, guest], np.maximum(below, 0.0), 0.0)
+        off = v - corner[:, None]
+        along = (off[0] * t[0] + off[1] * t[1]).clip(0.0, self.length[side, face])
+        mean = (weight * along).sum(axis=0) / weight.sum(axis=0)
+        return np.asarray(self.center[self.owner[face]] + (corner + mean * t).T)
 
 
 @dataclass(frozen=True)

@@ -152,7 +152,7 @@ def _convex(shape: Shape) -> _Body | None:
     if isinstance(shape, Box):
         points = np.array(list(itertools.product(*zip(*shape.box, strict=True))))
     else:
-        points = np.asarray(getattr(shape, "vertices", np.empty((0, 3))), dtype=float)
+        points = np.asarray(getattr(shape, "points", np.empty((0, 3))), dtype=float)
     if len(points) < 4:
         return None
     try:

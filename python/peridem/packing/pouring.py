@@ -22,8 +22,8 @@ from .result import Packing
 
 _FALL = 0.25
 """Speed of falling grains, in mean radii per unit of time."""
-_WEIGHTS = (4e-3, 8e-4)
-"""Weight while pouring and at the end, in mean radii: how far the lowest springs yield."""
+_POURING, _RESTING = (4e-3, 1.0), (8e-4, 0.25)
+"""Weight, in mean radii (how far a spring yields), and how far grains may sink yet and rest."""
 _STEPS = 3000
 _MOST_LOADS = 60
 
@@ -138,10 +138,10 @@ def _pour(
         order = np.concatenate([order, load[found]])
         centers = np.vstack([centers, places[found]])
         waiting = np.setdiff1d(waiting, order)
-        grains, centers = _sunk(recipe, grains, order, centers, region, gap, down, _WEIGHTS[:1], steps, rng)
+        grains, centers = _sunk(recipe, grains, order, centers, region, gap, down, _POURING, steps, rng)
         if len(waiting) == 0:
             break
-    grains, centers = _sunk(recipe, grains, order, centers, region, gap, down, _WEIGHTS[1:], steps, rng)
+    grains, centers = _sunk(recipe, grains, order, centers, region, gap, down, _RESTING, steps, rng)
     return _taken(grains, order), centers
 
 
@@ -159,14 +159,14 @@ def _sunk(
     region: Region,
     gap: float,
     down: FloatArray,
-    weights: tuple[float, ...],
+    load: tuple[float, float],
     steps: int,
     rng: np.random.Generator,
 ) -> tuple[Grains, FloatArray]:
     """Let what is placed sink, then remove overlaps."""
     mover = mover_of(recipe, _taken(grains, order), centers, region, gap)
-    for weight in weights:
-        settle(mover, weight * mover.scale * down, _FALL * mover.scale, steps)
+    weight, rest = load
+    settle(mover, weight * mover.scale * down, _FALL * mover.scale, steps, rest=rest)
     outcome = separate(mover, steps, rng)
     _check(outcome, mover)
     n = len(order)

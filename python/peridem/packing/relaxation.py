@@ -13,7 +13,7 @@ C. S. O'Hern et al., Jamming at zero temperature and zero applied stress, Phys. 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,8 @@ _PATIENCE, _STUCK = 100, 0.975
 """Every so many steps progress is looked at: a smaller part of the energy must be left."""
 _CAUGHT = 0.2
 """Overlap, in radii, that after that many steps means a grain is caught in another."""
+_DASHPOT = 0.5
+"""Force [mean radii] per speed at which grains in contact close."""
 _PLACES = 400
 """Random places looked at for a caught grain."""
 _MARGIN = 2e-3
@@ -103,9 +105,10 @@ class Mover:
             near = np.zeros(len(g), dtype=bool)
             near[self._wall] = True
             rows = np.flatnonzero(near[g.owner])
-            real = g.real[rows]
-            owner = np.repeat(g.owner[rows], g.sides[rows])
-            points = g.now_vertices[rows][real] + g.center[owner]
+            corner, row = np.nonzero(g.real[:, rows])
+            row = rows[row]
+            owner = g.owner[row]
+            points = g.now_vertices[:, corner, row].T + g.center[owner]
             found.append(self._pushed(owner, points, np.full(len(points), gap)))
         return found
 
@@ -136,6 +139,23 @@ class Mover:
             total[:, 2] *= np.where(g.is_disc, 0.0, 1.0) / self.gyration
         total[self.moving :] = 0.0
         return total
+
+    def parting(self, found: Contacts, velocity: FloatArray) -> FloatArray:
+        """Return how fast the two sides of each contact part, shape (c,)."""
+        inner = found.second >= 0
+        speed = (self._at(found.first, found.point, velocity) * found.normal).sum(axis=1)
+        second = self._at(found.second[inner], found.point[inner], velocity)
+        speed[inner] -= (second * found.normal[inner]).sum(axis=1)
+        return np.asarray(speed)
+
+    def _at(self, grain: NDArray[np.intp], point: FloatArray, velocity: FloatArray) -> FloatArray:
+        """Velocity of a point of each grain."""
+        moved = velocity[grain, :-1].copy()
+        if self.grains.dimension == 2:
+            spin = velocity[grain, -1] / self.gyration[grain]
+            arm = point - self.grains.center[grain]
+            moved += spin[:, None] * np.column_stack([-arm[:, 1], arm[:, 0]])
+        return moved
 
     @property
     def gyration(self) -> FloatArray:
@@ -231,7 +251,9 @@ def separate(mover: Mover, steps: int, rng: np.random.Generator) -> Outcome:
     return mover.outcome(mover.contacts(gap), steps, mover.margin)
 
 
-def settle(mover: Mover, weight: FloatArray, speed: float, steps: int) -> int:
+def settle(
+    mover: Mover, weight: FloatArray, speed: float, steps: int, *, rest: float = 0.25
+) -> int:
     """Let grains sink with drag until they rest.
 
     Parameters
@@ -243,6 +265,8 @@ def settle(mover: Mover, weight: FloatArray, speed: float, steps: int) -> int:
         Speed [m] per unit of time of a falling grain.
     steps : int
         Most steps to take.
+    rest : float
+        Grains rest when none sank by so many mean radii in as many steps as `_PATIENCE`.
 
     Returns
     -------
@@ -250,20 +274,22 @@ def settle(mover: Mover, weight: FloatArray, speed: float, steps: int) -> int:
         Steps taken.
     """
     velocity = np.zeros((len(mover.grains), mover.grains.dimension + 1))
-    drag = float(np.linalg.norm(weight)) / speed
+    heavy = float(np.linalg.norm(weight))
+    drag, down, here = heavy / speed, weight / heavy, mover.grains.center.copy()
     for k in range(steps):
         found = mover.contacts(mover.gap)
-        force = mover.forces(found)
+        braked = found.depth - _DASHPOT * mover.parting(found, velocity)
+        force = mover.forces(replace(found, depth=np.maximum(braked, 0.0)))
         force[: mover.moving, :-1] += weight
-        touching = np.zeros(len(mover.grains), dtype=bool)
-        touching[found.first] = True
-        touching[found.second[found.second >= 0]] = True
-        velocity *= np.where(touching, 0.85, 1.0 - drag * _TIME_STEP)[:, None]
+        velocity *= 1.0 - drag * _TIME_STEP
+        velocity[:, -1] *= 0.95
         velocity += _TIME_STEP * force
         mover.move(_TIME_STEP * velocity)
-        mean = np.sqrt((velocity[: mover.moving] ** 2).sum(axis=1)).mean()
-        if k > 20 and mean < 0.01 * speed:
-            return k
+        if k % _PATIENCE == _PATIENCE - 1:
+            sunk = (mover.grains.center - here)[: mover.moving] @ down
+            if sunk.max() < rest * mover.scale:
+                return k
+            here = mover.grains.center.copy()
     return steps
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -83,7 +84,7 @@ class Packing:
             f"porosity {self.porosity:.3f})"
         )
 
-    @property
+    @cached_property
     def geometries(self) -> tuple[Shape, ...]:
         """The geometry of each shape."""
         return tuple(geometry_of("Packing", shape) for shape in self.shapes)
