@@ -9,8 +9,8 @@ from .filling import random
 from .lattices import grid, hexagonal
 from .pouring import poured
 from .result import Packing
-from .tessellation import voronoi
 from .sizes import Constant, Grading, LogNormal, Normal, Sizes, Uniform
+from .tessellation import voronoi
 
 __all__ = [
     "Constant",

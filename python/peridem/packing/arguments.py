@@ -47,7 +47,7 @@ def checked_names(function: Callable[P, R]) -> Callable[P, R]:
 
 def checked_init(cls: type[R]) -> type[R]:
     """Check the names of the arguments of a class as `checked_names` does."""
-    cls.__init__ = checked_names(cls.__init__)  # type: ignore[misc]
+    setattr(cls, "__init__", checked_names(cls.__init__))  # noqa: B010
     return cls
 
 

@@ -34,7 +34,7 @@ class Cells:
         first = _merged(points, _SAME * size)
         self.points = points
         ends = np.cumsum([len(ring) for ring in rings])[:-1]
-        self.loops = [list(loop) for loop in np.split(first, ends)]
+        self.loops = [_without_repeats(loop.tolist()) for loop in np.split(first, ends)]
         corners = cKDTree(shapely.get_coordinates(domain))
         distance, _ = corners.query(points)
         edge = shapely.distance(shapely.points(points), domain.boundary) <= _SAME * size
@@ -73,7 +73,7 @@ class Cells:
 
     def _shortest(self, limit: float) -> tuple[int, int] | None:
         """Return the shortest side below the limit that may be contracted."""
-        a = np.concatenate([loop for loop in self.loops])
+        a = np.concatenate(self.loops)
         b = np.concatenate([np.roll(loop, -1) for loop in self.loops])
         length = np.hypot(*(self.points[a] - self.points[b]).T)
         length[~self._may_contract(a, b)] = np.inf
@@ -81,15 +81,14 @@ class Cells:
         return (int(a[k]), int(b[k])) if length[k] < limit else None
 
     def _may_contract(self, a: Any, b: Any) -> Any:
-        """Two corners of the domain stay apart; of two points on its edge, the side must lie on it."""
-        low, high = np.minimum(self.rank[a], self.rank[b]), np.maximum(self.rank[a], self.rank[b])
-        allowed = (low == 0) | (high < 2) | (low == 1)
-        both = np.flatnonzero((low >= 1) & (high <= 2) & (low < 2))
+        """Two corners of the domain stay apart; two points on its edge may meet along it."""
+        low = np.minimum(self.rank[a], self.rank[b])
+        allowed = low < 2
+        both = np.flatnonzero(low == 1)
         middle = shapely.points(0.5 * (self.points[a[both]] + self.points[b[both]]))
         size = float(np.ptp(self.points, axis=0).max())
         on = shapely.distance(middle, self.domain.boundary) <= _SAME * size
         allowed[both[~on]] = False
-        allowed[low == 2] = False
         return allowed
 
     def _contract(self, a: int, b: int) -> None:
@@ -100,9 +99,11 @@ class Cells:
             self.points[a] = 0.5 * (self.points[a] + self.points[b])
         for k, loop in enumerate(self.loops):
             if b in loop:
-                joined = [a if v == b else v for v in loop]
-                kept = [v for v, w in zip(joined, joined[1:] + joined[:1], strict=True) if v != w]
-                self.loops[k] = kept
+                self.loops[k] = _without_repeats([a if v == b else v for v in loop])
+
+
+def _without_repeats(loop: list[int]) -> list[int]:
+    return [v for v, w in zip(loop, loop[1:] + loop[:1], strict=True) if v != w]
 
 
 def _merged(points: FloatArray, tolerance: float) -> Any:

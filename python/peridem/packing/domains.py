@@ -82,7 +82,7 @@ class Hopper:
         right = np.column_stack([widths, heights, np.zeros_like(heights)])
         left = right[::-1] * (-1.0, 1.0, 1.0)
         middle = np.array([self.at[0], self.at[1] + 0.5 * self.height, 0.0])
-        vertices = np.vstack([right, left]) + (*self.at, 0.0)
+        vertices = np.vstack([right, left]) + np.array([*self.at, 0.0])
         reach = float(np.linalg.norm(vertices - middle, axis=1).max())
         return Polygon(type="hopper", radius=reach, middle=middle, vertices=vertices)
 
@@ -111,7 +111,7 @@ class Funnel(Shape):
     @property
     def center(self) -> FloatArray:
         """Middle of the axis [m]."""
-        return self.base + (0.0, 0.0, 0.5 * self.heights[-1])
+        return np.asarray(self.base + np.array([0.0, 0.0, 0.5 * self.heights[-1]]))
 
     @property
     def bounding_radius(self) -> float:
@@ -122,7 +122,8 @@ class Funnel(Shape):
     def box(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper corner [m]."""
         r = self.radii.max()
-        return self.base - (r, r, 0.0), self.base + (r, r, self.heights[-1])
+        top = float(self.heights[-1])
+        return self.base - np.array([r, r, 0.0]), self.base + np.array([r, r, top])
 
     @property
     def volume(self) -> float:

@@ -85,7 +85,7 @@ def random(
     -----
     In 3D grains are kept apart by the balls that enclose them.
     """
-    recipe = Recipe("random", shapes, sizes, weights, measure, angles)
+    recipe = Recipe("random", shapes, sizes=sizes, weights=weights, measure=measure, angles=angles)
     shape = domain_of("random", domain)
     recipe.check_domain(shape)
     region = region_of(shape)
@@ -96,7 +96,7 @@ def random(
     _check_room(recipe, grains, region)
     radii = radii_of(recipe, grains)
     nothing = np.empty((0, region.dimension))
-    centers = insert(rng, region, radii, gap, nothing, np.empty(0))
+    centers = insert(rng, region, radii, gap=gap, placed=nothing, placed_radii=np.empty(0))
     homeless = np.isnan(centers[:, 0])
     if homeless.any():
         centers[homeless] = region.sample(rng, int(homeless.sum()))

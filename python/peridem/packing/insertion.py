@@ -16,10 +16,10 @@ def insert(
     rng: np.random.Generator,
     region: Region,
     radii: FloatArray,
+    *,
     gap: float,
     placed: FloatArray,
     placed_radii: FloatArray,
-    *,
     tries: int = 40,
 ) -> FloatArray:
     """Find places for balls among others.
@@ -47,7 +47,17 @@ def insert(
     centers = np.full((len(radii), region.dimension), np.nan)
     for start in range(0, len(radii), _BLOCK):
         block = order[start : start + _BLOCK]
-        _insert_block(rng, region, block, radii, gap, placed, placed_radii, centers, tries)
+        _insert_block(
+            rng,
+            region,
+            block,
+            radii=radii,
+            gap=gap,
+            placed=placed,
+            placed_radii=placed_radii,
+            centers=centers,
+            tries=tries,
+        )
         done = block[~np.isnan(centers[block, 0])]
         placed = np.vstack([placed, centers[done]])
         placed_radii = np.concatenate([placed_radii, radii[done]])
@@ -58,6 +68,7 @@ def _insert_block(
     rng: np.random.Generator,
     region: Region,
     block: IndexArray,
+    *,
     radii: FloatArray,
     gap: float,
     placed: FloatArray,
@@ -74,9 +85,7 @@ def _insert_block(
     free = depth <= 0.0
     if len(placed):
         reach = radii[block].max() + placed_radii.max() + gap
-        near = cKDTree(asked).sparse_distance_matrix(
-            cKDTree(placed), reach, output_type="ndarray"
-        )
+        near = cKDTree(asked).sparse_distance_matrix(cKDTree(placed), reach, output_type="ndarray")
         hit = near["v"] < radii[of][near["i"]] + placed_radii[near["j"]] + gap
         free[near["i"][hit]] = False
     done: list[int] = []

@@ -79,7 +79,7 @@ def grid(
     InputError
         If an argument is wrong, or grains would overlap.
     """
-    recipe = Recipe("grid", shapes, sizes, weights, measure, angles)
+    recipe = Recipe("grid", shapes, sizes=sizes, weights=weights, measure=measure, angles=angles)
     gap = number("grid", "gap", gap, least=0)
     shake = np.abs(vector("grid", "perturbation", perturbation, recipe.dimension))
     rng = generator("grid", seed)
@@ -89,7 +89,7 @@ def grid(
             raise InputError(
                 "grid: layout = 'rows': must have a plane domain and no spacing; give domain, gap"
             )
-        return _rows(recipe, inside, count, gap, shake, rng)
+        return _rows(recipe, inside, count=count, gap=gap, shake=shake, rng=rng)
     largest = _largest_radius(recipe)
     default = 2.0 * (largest + shake) + gap
     pitch = default if spacing is None else vector("grid", "spacing", spacing, recipe.dimension)
@@ -105,8 +105,13 @@ def grid(
         low = 0.5 * (lower + upper) - 0.5 * numbers * pitch
     steps = np.stack(np.meshgrid(*[np.arange(m) for m in numbers], indexing="ij"), axis=-1)
     order = tuple(reversed(range(recipe.dimension)))
-    points = low + (steps.transpose(*order, recipe.dimension).reshape(-1, recipe.dimension) + 0.5) * pitch
-    return _on_points(recipe, points, shake, inside, domain is not None, count, rng)
+    points = (
+        low
+        + (steps.transpose(*order, recipe.dimension).reshape(-1, recipe.dimension) + 0.5) * pitch
+    )
+    return _on_points(
+        recipe, points, shake, inside=inside, cut=domain is not None, count=count, rng=rng
+    )
 
 
 @checked_names
@@ -151,7 +156,9 @@ def hexagonal(
     InputError
         If an argument is wrong, or grains would overlap.
     """
-    recipe = Recipe("hexagonal", shapes, sizes, weights, measure, angles)
+    recipe = Recipe(
+        "hexagonal", shapes, sizes=sizes, weights=weights, measure=measure, angles=angles
+    )
     gap = number("hexagonal", "gap", gap, least=0)
     shake = np.abs(vector("hexagonal", "perturbation", perturbation, recipe.dimension))
     rng = generator("hexagonal", seed)
@@ -163,7 +170,7 @@ def hexagonal(
     if inside is None:
         numbers = np.array([integer("hexagonal", "cells", c) for c in cells or ()])
         points = _close_packed(numbers, pitch)
-        packing = _on_points(recipe, points, shake, None, False, None, rng)
+        packing = _on_points(recipe, points, shake, inside=None, cut=False, count=None, rng=rng)
         container = _cells_of(points, pitch) if recipe.dimension == 2 else None
         area = float(np.prod(numbers * heights))
         whole = made(recipe, _grains_of(packing), points_of(packing), area, container)
@@ -177,7 +184,7 @@ def hexagonal(
             "give a larger domain or smaller grains"
         )
     points = lower + largest + _close_packed(numbers + (1, 0, 0)[: recipe.dimension], pitch)
-    return _on_points(recipe, points, shake, inside, True, count, rng)
+    return _on_points(recipe, points, shake, inside=inside, cut=True, count=count, rng=rng)
 
 
 def _grains_of(packing: Packing) -> Grains:
@@ -221,6 +228,7 @@ def _on_points(
     recipe: Recipe,
     points: FloatArray,
     shake: FloatArray,
+    *,
     inside: Shape | None,
     cut: bool,
     count: int | None,
@@ -254,6 +262,7 @@ def _on_points(
 def _rows(
     recipe: Recipe,
     inside: Shape,
+    *,
     count: int | None,
     gap: float,
     shake: FloatArray,
@@ -299,14 +308,17 @@ def _close_packed(numbers: FloatArray, pitch: float) -> FloatArray:
         j, i = np.meshgrid(axes[1], axes[0], indexing="ij")
         x, y = i + 0.5 * (j % 2), np.sqrt(0.75) * j
         return pitch * np.column_stack([x.ravel(), y.ravel()])
-    k, j, i = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
-    x = i + 0.5 * ((j + k) % 2)
-    y = np.sqrt(0.75) * (j + (k % 2) / 3.0)
-    return pitch * np.column_stack([x.ravel(), y.ravel(), (np.sqrt(2.0 / 3.0) * k).ravel()])
+    kk, jj, ii = np.meshgrid(axes[2], axes[1], axes[0], indexing="ij")
+    columns = [
+        ii + 0.5 * ((jj + kk) % 2),
+        np.sqrt(0.75) * (jj + (kk % 2) / 3.0),
+        np.sqrt(2.0 / 3.0) * kk,
+    ]
+    return pitch * np.column_stack([column.ravel() for column in columns])
 
 
 def _cells_of(points: FloatArray, pitch: float) -> Shape:
-    """The hexagonal cells of the lattice around all points, as one shape."""
+    """Return the hexagonal cells of the lattice around all points, as one shape."""
     turn = np.pi / 6.0 + np.pi / 3.0 * np.arange(6)
     corner = pitch / np.sqrt(3.0) * np.column_stack([np.cos(turn), np.sin(turn)])
     # grown by round-off, so that neighbours melt into one

@@ -160,4 +160,4 @@ def _corners(polygon: Any) -> FloatArray:
     points = shapely.get_coordinates(hull)[:-1]
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    return points[turn > 1e-9 * np.hypot(*before.T) * np.hypot(*after.T)]
+    return np.asarray(points[turn > 1e-9 * np.hypot(*before.T) * np.hypot(*after.T)])

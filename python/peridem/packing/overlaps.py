@@ -21,8 +21,10 @@ from .regions import region_of
 if TYPE_CHECKING:
     from .result import Packing
 
-_ROUND_OFF = 1e-12
-"""Part of a grain's area, or of its radius, that is taken for round-off."""
+_ROUND_OFF = 1e-9
+"""Part of a grain's radius that is taken for round-off."""
+_GRID = 1e-9
+"""Distance of points, in radii of the smallest grain, that are the same for polygons."""
 _PROBES = 4096
 
 
@@ -72,9 +74,11 @@ def overlapping(packing: Packing) -> tuple[IndexArray, IndexArray, FloatArray]:
 def _shared(packing: Packing, i: IndexArray, j: IndexArray) -> FloatArray:
     """Side [m] of a square of the area that two plane grains share."""
     polygons = packing.polygons()
-    area = shapely.area(shapely.intersection(polygons[i], polygons[j]))
+    # on a fine grid: without it GEOS may take touching polygons for the same
+    grid = _GRID * float(packing.radii.min())
+    area = shapely.area(shapely.intersection(polygons[i], polygons[j], grid_size=grid))
     areas = shapely.area(polygons)
-    area[area <= _ROUND_OFF * np.minimum(areas[i], areas[j])] = 0.0
+    area[area <= 10.0 * _GRID * np.minimum(areas[i], areas[j])] = 0.0
     return np.asarray(np.sqrt(area))
 
 
@@ -91,9 +95,7 @@ def part_inside(packing: Packing) -> FloatArray:
             packing.geometries, packing.shape_index[near], packing.positions[near, :2],
             packing.scales[near], packing.angles[near],
         )  # fmt: skip
-        outside = shapely.area(shapely.difference(polygons, region.polygon))
-        share = 1.0 - outside / shapely.area(polygons)
-        part[near] = np.where(share > 1.0 - 1e-12, 1.0, share)
+        part[near] = 1.0 - part_outside(polygons, region.polygon)
         return part
     turns = rotations(packing.axes, packing.angles)
     probes = [_probes(g) for g in packing.geometries] if len(near) else []
@@ -101,6 +103,16 @@ def part_inside(packing: Packing) -> FloatArray:
         points = packing.scales[k] * probes[packing.shape_index[k]] @ turns[k].T
         part[k] = packing.container.inside(points + packing.positions[k]).mean()
     return part
+
+
+def part_outside(polygons: NDArray[Any], domain: Any) -> FloatArray:
+    """Return the part of each polygon that lies outside of a domain, round-off left out."""
+    if not len(polygons):
+        return np.empty(0)
+    areas = shapely.area(polygons)
+    grid = _GRID * float(np.sqrt(areas.min()))
+    part = shapely.area(shapely.difference(polygons, domain, grid_size=grid)) / areas
+    return np.where(part <= 100.0 * _GRID, 0.0, part)
 
 
 def _probes(shape: Shape) -> FloatArray:
@@ -161,10 +173,16 @@ def _convex(shape: Shape) -> _Body | None:
         return None
     if abs(hull.volume - shape.volume) > 1e-6 * shape.volume:
         return None
-    normals: NDArray[Any] = np.unique(np.round(hull.equations[:, :3], 9), axis=0)
+    normals = _distinct(hull.equations[:, :3])
     sides = np.vstack([hull.simplices[:, [0, 1]], hull.simplices[:, [1, 2]],
                        hull.simplices[:, [2, 0]]])  # fmt: skip
     edges = points[sides[:, 0]] - points[sides[:, 1]]
     edges = edges / np.linalg.norm(edges, axis=1)[:, None]
     edges *= np.where(edges[:, :1] < 0, -1.0, 1.0)
-    return _Body(points[hull.vertices], normals, np.unique(np.round(edges, 9), axis=0))
+    return _Body(points[hull.vertices], normals, _distinct(edges))
+
+
+def _distinct(directions: FloatArray) -> FloatArray:
+    """Drop directions that differ by round-off only."""
+    _, first = np.unique(np.round(directions, 9), axis=0, return_index=True)
+    return directions[np.sort(first)]

@@ -13,7 +13,9 @@ from ..geometry.base import FloatArray
 IndexArray = NDArray[np.intp]
 
 
-def near_pairs(centers: FloatArray, radii: FloatArray, reach: float) -> tuple[IndexArray, IndexArray]:
+def near_pairs(
+    centers: FloatArray, radii: FloatArray, reach: float
+) -> tuple[IndexArray, IndexArray]:
     """Return the pairs of balls whose surfaces are at most `reach` apart.
 
     Parameters

@@ -18,7 +18,16 @@ if TYPE_CHECKING:
     from .result import Packing
 
 _INK = "0.2"
-_SHAPE_COLOURS = ("#7fa8d1", "#e9b872", "#8fbf8f", "#c98ba4", "#a9a3cf", "#d98f6c", "#86bdb9", "#bfb58a")
+_SHAPE_COLOURS = (
+    "#7fa8d1",
+    "#e9b872",
+    "#8fbf8f",
+    "#c98ba4",
+    "#a9a3cf",
+    "#d98f6c",
+    "#86bdb9",
+    "#bfb58a",
+)
 
 
 def draw(packing: Packing, ax: Axes | None, color: str) -> Axes:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from ..geometry import Shape
 from ..geometry.base import FloatArray
-from .overlaps import centers_of, rotations
+from .overlaps import centers_of, part_outside, rotations
 from .recipe import Grains, Recipe
 from .regions import region_of
 from .result import Packing
@@ -45,7 +44,5 @@ def kept_inside(packing: Packing) -> NDArray[np.bool_]:
     inside = np.asarray(out <= 1e-9 * packing.radii)
     if d == 2:
         near = np.flatnonzero(~inside)
-        polygons = packing.polygons()[near]
-        outside = shapely.area(shapely.difference(polygons, region.polygon))
-        inside[near] = outside <= 1e-9 * shapely.area(polygons)
+        inside[near] = part_outside(packing.polygons()[near], region.polygon) == 0.0
     return inside

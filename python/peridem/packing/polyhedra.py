@@ -86,7 +86,9 @@ def _middle(planes: FloatArray) -> FloatArray | None:
         b_ub=-planes[:, 3],
         bounds=[(None, None)] * 3 + [(0.0, None)],
     )
-    return best.x[:3] if best.status == 0 and best.x[3] > 1e-9 else None
+    if best.status != 0 or best.x is None or best.x[3] <= 1e-9:
+        return None
+    return np.asarray(best.x[:3])
 
 
 def _distinct(points: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,18 +14,22 @@ from .arguments import checked_names, generator, integer, number, vector
 from .domains import domain_of
 from .filling import mover_of, radii_of
 from .insertion import insert
+from .pairs import IndexArray
 from .placing import made
 from .recipe import Grains, Recipe
 from .regions import Region, region_of
-from .relaxation import Mover, Outcome, separate, settle
+from .relaxation import separate, settle
 from .result import Packing
 
-_FALL = 0.25
+_FALL = 0.4
 """Speed of falling grains, in mean radii per unit of time."""
 _POURING, _RESTING = (4e-3, 1.0), (8e-4, 0.25)
 """Weight, in mean radii (how far a spring yields), and how far grains may sink yet and rest."""
 _STEPS = 3000
-_MOST_LOADS = 60
+_LOAD, _MOST_LOADS = 0.4, 40
+"""Part of the free space that a load fills, and how many loads there may be."""
+_FULL = 0.005
+"""A container is full when a load brings less than this part of the grains."""
 
 
 @checked_names
@@ -71,7 +75,7 @@ def poured(
     InputError
         If an argument is wrong or the container is too small.
     """
-    recipe = Recipe("poured", shapes, sizes, weights, measure, angles)
+    recipe = Recipe("poured", shapes, sizes=sizes, weights=weights, measure=measure, angles=angles)
     shape = domain_of("poured", domain)
     recipe.check_domain(shape)
     region = region_of(shape)
@@ -83,7 +87,8 @@ def poured(
         grains = recipe.draw_volume(region.measure, rng)
     else:
         grains = recipe.draw(integer("poured", "count", count), rng)
-    grains, centers = _pour(recipe, grains, region, gap, down, rng, effort)
+    pour = _Pour(recipe, region, gap, down, rng, int(_STEPS * effort))
+    grains, centers = pour.all_of(grains)
     if count is not None and len(centers) < count:
         raise InputError(
             f"poured: count = {count}: the container is full with {len(centers)} grains; give a "
@@ -109,78 +114,76 @@ def _down(dimension: int, gravity: ArrayLike | None) -> FloatArray:
     return np.asarray(down / length)
 
 
-def _pour(
-    recipe: Recipe,
-    grains: Grains,
-    region: Region,
-    gap: float,
-    down: FloatArray,
-    rng: np.random.Generator,
-    effort: float,
-) -> tuple[Grains, FloatArray]:
-    """Pour load after load; return the grains that found a place, in order, and their centres."""
-    radii = radii_of(recipe, grains)
-    order = np.empty(0, dtype=np.intp)
-    centers = np.empty((0, region.dimension))
-    waiting = np.arange(len(radii))
-    steps = int(_STEPS * effort)
-    for _ in range(_MOST_LOADS):
-        # half of what the free space may take at random, so that none waits for being large
-        free = region.measure - float((recipe.volumes[grains.index[order]]
-                                       * grains.scales[order] ** recipe.dimension).sum())  # fmt: skip
-        share = np.cumsum(recipe.volumes[grains.index[waiting]]
-                          * grains.scales[waiting] ** recipe.dimension)  # fmt: skip
-        load = waiting[: max(1, int(np.searchsorted(share, 0.3 * free)))]
-        places = insert(rng, region, radii[load], gap, centers, radii[order])
-        found = ~np.isnan(places[:, 0])
-        if not found.any():
-            break
-        order = np.concatenate([order, load[found]])
-        centers = np.vstack([centers, places[found]])
-        waiting = np.setdiff1d(waiting, order)
-        grains, centers = _sunk(recipe, grains, order, centers, region, gap, down, _POURING, steps, rng)
-        if len(waiting) == 0:
-            break
-    grains, centers = _sunk(recipe, grains, order, centers, region, gap, down, _RESTING, steps, rng)
-    return _taken(grains, order), centers
+@dataclass(frozen=True)
+class _Pour:
+    """What stays the same from load to load."""
+
+    recipe: Recipe
+    region: Region
+    gap: float
+    down: FloatArray
+    rng: np.random.Generator
+    steps: int
+
+    def all_of(self, grains: Grains) -> tuple[Grains, FloatArray]:
+        """Return the grains that found a place, in order, and their centres."""
+        radii = radii_of(self.recipe, grains)
+        volumes = self.recipe.volumes[grains.index] * grains.scales**self.recipe.dimension
+        order, waiting = np.empty(0, dtype=np.intp), np.arange(len(radii))
+        centers = np.empty((0, self.region.dimension))
+        for _ in range(_MOST_LOADS):
+            # less than the free space can take at random, so that large grains find a place too
+            free = self.region.measure - float(volumes[order].sum())
+            room = int(np.searchsorted(np.cumsum(volumes[waiting]), _LOAD * free))
+            load = waiting[: max(1, room)]
+            places = insert(
+                self.rng, self.region, radii[load], gap=self.gap, placed=centers,
+                placed_radii=radii[order],
+            )  # fmt: skip
+            found = ~np.isnan(places[:, 0])
+            if not found.any():
+                break
+            order = np.concatenate([order, load[found]])
+            centers = np.vstack([centers, places[found]])
+            waiting = np.setdiff1d(waiting, order)
+            grains, centers = self.sunk(grains, order, centers, _POURING)
+            if len(waiting) == 0 or found.sum() < _FULL * len(order):
+                break
+        if len(order) == 0:
+            return _taken(grains, order), centers
+        grains, centers = self.sunk(grains, order, centers, _RESTING)
+        return self._apart(_taken(grains, order), centers)
+
+    def _apart(self, grains: Grains, centers: FloatArray) -> tuple[Grains, FloatArray]:
+        """Remove overlaps; what was pressed into a full container comes out again, last first."""
+        for _ in range(_MOST_LOADS):
+            mover = mover_of(self.recipe, grains, centers, self.region, self.gap)
+            outcome = separate(mover, self.steps, self.rng)
+            n = len(centers)
+            if outcome.worst <= 0.0:
+                turned = mover.grains.angle[:n] % (2.0 * np.pi)
+                angles = turned if self.recipe.dimension == 2 else grains.angles
+                return replace(grains, angles=angles), mover.grains.center[:n]
+            kept = np.arange(n - max(1, n // 50))
+            grains, centers = _taken(grains, kept), mover.grains.center[kept]
+        return _taken(grains, kept[:0]), centers[:0]
+
+    def sunk(
+        self, grains: Grains, order: IndexArray, centers: FloatArray, load: tuple[float, float]
+    ) -> tuple[Grains, FloatArray]:
+        """Let what is placed sink."""
+        mover = mover_of(self.recipe, _taken(grains, order), centers, self.region, self.gap)
+        weight, rest = load
+        settle(mover, weight * mover.scale * self.down, _FALL * mover.scale, self.steps, rest=rest)
+        n = len(order)
+        if self.recipe.dimension == 2:
+            angles = grains.angles.copy()
+            angles[order] = mover.grains.angle[:n] % (2.0 * np.pi)
+            grains = replace(grains, angles=angles)
+        return grains, mover.grains.center[:n]
 
 
-def _taken(grains: Grains, order: np.ndarray[Any, Any]) -> Grains:
+def _taken(grains: Grains, order: IndexArray) -> Grains:
     return Grains(
         grains.index[order], grains.scales[order], grains.angles[order], grains.axes[order]
     )
-
-
-def _sunk(
-    recipe: Recipe,
-    grains: Grains,
-    order: np.ndarray[Any, Any],
-    centers: FloatArray,
-    region: Region,
-    gap: float,
-    down: FloatArray,
-    load: tuple[float, float],
-    steps: int,
-    rng: np.random.Generator,
-) -> tuple[Grains, FloatArray]:
-    """Let what is placed sink, then remove overlaps."""
-    mover = mover_of(recipe, _taken(grains, order), centers, region, gap)
-    weight, rest = load
-    settle(mover, weight * mover.scale * down, _FALL * mover.scale, steps, rest=rest)
-    outcome = separate(mover, steps, rng)
-    _check(outcome, mover)
-    n = len(order)
-    if recipe.dimension == 2:
-        angles = grains.angles.copy()
-        angles[order] = mover.grains.angle[:n] % (2.0 * np.pi)
-        grains = replace(grains, angles=angles)
-    return grains, mover.grains.center[:n]
-
-
-def _check(outcome: Outcome, mover: Mover) -> None:
-    if outcome.worst > 0.0:
-        raise InputError(
-            f"poured: {mover.moving} grains: {outcome.count} overlap still by up to "
-            f"{outcome.worst:.3g} m after {outcome.steps} steps; give a larger domain, fewer "
-            "grains or effort = 3"
-        )

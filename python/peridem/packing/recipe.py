@@ -42,7 +42,7 @@ class Recipe:
     """
 
     def __init__(
-        self, where: str, shapes: Any, sizes: Any, weights: Any, measure: Any, angles: Any
+        self, where: str, shapes: Any, *, sizes: Any, weights: Any, measure: Any, angles: Any
     ) -> None:
         self.where = where
         self.shapes = _as_shapes(where, shapes)

@@ -1,4 +1,4 @@
-"""Walls of a domain as the packing sees them: how far does a ball stick out, and which way in?"""
+"""Walls of a domain as the packing sees them: how far a ball sticks out, and the way back in."""
 
 from __future__ import annotations
 
@@ -238,6 +238,10 @@ def region_of(shape: Shape) -> Region:
         return _Planes(shape, normals, np.concatenate([upper[:d], -lower[:d]]))
     if isinstance(shape, Ball):
         return _Round(shape)
+    return _plane_region(shape) if d == 2 else _solid_region(shape)
+
+
+def _solid_region(shape: Shape) -> Region:
     if isinstance(shape, Cylinder):
         r, h = shape.radius, shape.length
         profile = np.array([(0.0, 0.0), (r, 0.0), (r, h), (0.0, h)])
@@ -246,8 +250,10 @@ def region_of(shape: Shape) -> Region:
         wall = np.column_stack([shape.radii, shape.heights])
         profile = np.vstack([(0.0, 0.0), wall, (0.0, shape.heights[-1])])
         return _Revolved(shape, shape.base, np.array([0.0, 0.0, 1.0]), profile)
-    if d == 3:
-        return _Probed(shape)
+    return _Probed(shape)
+
+
+def _plane_region(shape: Shape) -> Region:
     polygon = polygon_of(shape)
     if polygon.geom_type == "Polygon" and polygon.convex_hull.area <= (1 + 1e-12) * polygon.area:
         p = shapely.get_coordinates(shapely.orient_polygons(polygon.convex_hull))

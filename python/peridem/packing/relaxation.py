@@ -112,7 +112,7 @@ class Mover:
             found.append(self._pushed(owner, points, np.full(len(points), gap)))
         return found
 
-    def _pushed(self, owner: np.ndarray, centers: FloatArray, radii: FloatArray) -> Contacts:  # type: ignore[type-arg]
+    def _pushed(self, owner: NDArray[np.intp], centers: FloatArray, radii: FloatArray) -> Contacts:
         if len(owner) == 0:
             nothing = np.empty((0, self.grains.dimension))
             return Contacts(owner, owner, nothing, np.empty(0), nothing)
@@ -155,18 +155,20 @@ class Mover:
             spin = velocity[grain, -1] / self.gyration[grain]
             arm = point - self.grains.center[grain]
             moved += spin[:, None] * np.column_stack([-arm[:, 1], arm[:, 0]])
-        return moved
+        return np.asarray(moved)
 
     @property
     def gyration(self) -> FloatArray:
         """Radius of gyration [m] given to each grain: that of a disc."""
-        return np.maximum(self.grains.radius, 1e-300) / np.sqrt(2.0)
+        return np.asarray(np.maximum(self.grains.radius, 1e-300) / np.sqrt(2.0))
 
     def move(self, step: FloatArray) -> None:
         """Move by `step`, shape (n, d + 1), cut to a part of the radius."""
         length = np.sqrt((step * step).sum(axis=1))
         most = _LONGEST_MOVE * self.grains.radius
-        step = step * np.where(length > most, most / np.where(length > 0, length, 1.0), 1.0)[:, None]
+        step = (
+            step * np.where(length > most, most / np.where(length > 0, length, 1.0), 1.0)[:, None]
+        )
         self.grains.center += step[:, :-1]
         self.grains.angle += step[:, -1] / self.gyration
 
@@ -190,7 +192,7 @@ class Mover:
             places = self.region.sample(rng, _PLACES)
             others = np.delete(np.arange(self.moving), grain)
             near = cKDTree(g.center[others]).query(places, k=min(6, len(others)))
-            distance, who = (part.reshape(len(places), -1) for part in near)
+            distance, who = (np.asarray(part).reshape(len(places), -1) for part in near)
             room = (distance - 0.8 * g.radius[others][who]).min(axis=1, initial=np.inf)
             depth, _ = self.region.push(places, np.zeros(len(places)))
             best = np.argmax(np.minimum(room, -depth))

@@ -134,7 +134,9 @@ class Packing:
             return self.radii
         return self._per_shape([equivalent_radius(g) for g in self.geometries]) * self.scales
 
-    def grading(self, sieves: ArrayLike | None = None, *, measure: str = "bounding") -> pd.DataFrame:
+    def grading(
+        self, sieves: ArrayLike | None = None, *, measure: str = "bounding"
+    ) -> pd.DataFrame:
         """Return the grading curve: which part of the mass passes each sieve.
 
         Parameters
@@ -188,9 +190,7 @@ class Packing:
         tolerance = number("Packing.overlaps", "tolerance", tolerance, least=0)
         first, second, depth = overlapping(self)
         deep = depth > tolerance
-        return pd.DataFrame(
-            {"first": first[deep], "second": second[deep], "depth": depth[deep]}
-        )
+        return pd.DataFrame({"first": first[deep], "second": second[deep], "depth": depth[deep]})
 
     # parts
 

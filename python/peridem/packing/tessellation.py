@@ -91,9 +91,7 @@ def voronoi(
     return _solid(shape, seeds, gap, rounds)
 
 
-def _plane(
-    region: Region, seeds: FloatArray, gap: float, rounds: int, min_edge: float
-) -> Packing:
+def _plane(region: Region, seeds: FloatArray, gap: float, rounds: int, min_edge: float) -> Packing:
     for _ in range(rounds):
         seeds = np.array([cell.centroid.coords[0] for cell in clipped_cells(region, seeds)])
     polygons = _whole(clipped_cells(region, seeds), seeds, region)
@@ -112,8 +110,9 @@ def _whole(cells: list[Any], seeds: FloatArray, region: Region) -> list[Any]:
         return cells
     parts = [list(shapely.get_parts(cell)) for cell in cells]
     points = shapely.points(seeds)
-    for own, point in zip(parts, points, strict=True):
-        own.sort(key=lambda part, point=point: float(part.distance(point)))
+    for k, point in enumerate(points):
+        distance = shapely.distance(np.array(parts[k], dtype=object), point)
+        parts[k] = [parts[k][m] for m in np.argsort(distance, kind="stable")]
     flat = Cells([part for own in parts for part in own], region.polygon).polygons()
     counts = np.array([len(own) for own in parts])
     first = np.cumsum(counts) - counts
@@ -162,7 +161,7 @@ def _points(polygon: Any) -> FloatArray:
         raise InputError(
             "voronoi: count: a grain goes all around a hole of the domain; give more grains"
         )
-    return shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1]
+    return np.asarray(shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1])
 
 
 def _solid(box: Box, seeds: FloatArray, gap: float, rounds: int) -> Packing:
