@@ -73,8 +73,8 @@ class Cells:
 
     def _shortest(self, limit: float) -> tuple[int, int] | None:
         """Return the shortest side below the limit that may be contracted."""
-        a = np.concatenate(self.loops)
-        b = np.concatenate([np.roll(loop, -1) for loop in self.loops])
+        a = np.concatenate([np.array(loop, dtype=np.intp) for loop in self.loops])
+        b = np.concatenate([np.array(loop[1:] + loop[:1], dtype=np.intp) for loop in self.loops])
         length = np.hypot(*(self.points[a] - self.points[b]).T)
         length[~self._may_contract(a, b)] = np.inf
         k = int(length.argmin())

@@ -20,6 +20,8 @@ from ..geometry.composite import Complex, Difference
 from ..geometry.primitives import Ball, Ellipse
 
 _ELLIPSE_SIDES = 24
+_Point = tuple[float, ...]
+_Loop = list[_Point]
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,8 @@ def outline_of(shape: Shape) -> Outline:
     """Return the outline of a shape; a plane one is cut into convex pieces."""
     d = shape.dimension
     center = np.asarray(shape.center, dtype=float)[:d]
-    if d == 3 or isinstance(shape, Ball):
+    filled = shape.outer if isinstance(shape, Difference) else shape
+    if d == 3 or isinstance(filled, Ball):
         return Outline(shape, center, float(shape.bounding_radius), ())
     pieces = tuple(piece - center for piece in _convex_pieces(enclosing_polygon(shape)))
     reach = max(float(np.hypot(*piece.T).max()) for piece in pieces)
@@ -85,9 +88,10 @@ def polygon_of(shape: Shape) -> Any:
 
 
 def enclosing_polygon(shape: Shape) -> Any:
-    """Return a shapely polygon that encloses the shape: itself, or drawn around an ellipse."""
+    """Return a shapely polygon that encloses the shape: holes filled, around an ellipse."""
     if not isinstance(shape, Ellipse):
-        return polygon_of(shape)
+        parts = shapely.get_parts(polygon_of(shape))
+        return shapely.union_all([shapely.Polygon(part.exterior) for part in parts])
     t = 2.0 * np.pi * np.arange(_ELLIPSE_SIDES) / _ELLIPSE_SIDES
     grow = 1.0 / np.cos(np.pi / _ELLIPSE_SIDES)
     u, v = grow * shape.a * np.cos(t), grow * shape.b * np.sin(t)
@@ -132,22 +136,43 @@ def _convex_pieces(polygon: Any) -> list[FloatArray]:
     """Cut a polygon into convex ones: triangles, merged as long as they stay convex."""
     if _is_convex(polygon):
         return [_corners(polygon)]
-    triangles = shapely.constrained_delaunay_triangles(polygon)
-    pieces = [part for part in shapely.get_parts(triangles) if part.area > 0.0]
-    merged = True
-    while merged:
-        merged = False
-        for i in range(len(pieces)):
-            for j in range(i + 1, len(pieces)):
-                both = shapely.union(pieces[i], pieces[j])
-                if both.geom_type == "Polygon" and _is_convex(both):
-                    pieces[i] = both
-                    del pieces[j]
-                    merged = True
-                    break
-            if merged:
-                break
-    return [_corners(piece) for piece in pieces]
+    loops = []
+    for part in shapely.get_parts(shapely.constrained_delaunay_triangles(polygon)):
+        if part.area > 0.0:
+            points = shapely.get_coordinates(shapely.orient_polygons(part))[:-1]
+            loops.append([tuple(point) for point in points.tolist()])
+    return [np.array(loop) for loop in _merged(loops)]
+
+
+def _merged(loops: list[_Loop]) -> list[_Loop]:
+    """Merge convex polygons over common sides while they stay convex (Hertel and Mehlhorn)."""
+    of: dict[tuple[_Point, _Point], int] = {}  # side, in the sense of its polygon
+    for k, loop in enumerate(loops):
+        of |= dict.fromkeys(_sides(loop), k)
+    for a, b in list(of):
+        k, m = of.get((a, b)), of.get((b, a))
+        if k is None or m is None or k == m:
+            continue
+        i, j = loops[k].index(b), loops[m].index(a)
+        # once around the first from b to a, then around the second from a to b
+        joined = loops[k][i:] + loops[k][:i] + (loops[m][j:] + loops[m][:j])[1:-1]
+        if _turns_left(joined):
+            for side in ((a, b), (b, a)):
+                del of[side]
+            loops[k], loops[m] = joined, []
+            of |= dict.fromkeys(_sides(joined), k)
+    return [loop for loop in loops if loop]
+
+
+def _sides(loop: _Loop) -> list[tuple[_Point, _Point]]:
+    return list(zip(loop, loop[1:] + loop[:1], strict=True))
+
+
+def _turns_left(loop: _Loop) -> bool:
+    points = np.array(loop)
+    before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+    turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    return bool((turn >= -1e-12 * np.hypot(*before.T) * np.hypot(*after.T)).all())
 
 
 def _is_convex(polygon: Any) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import HalfspaceIntersection, QhullError, Voronoi
+from scipy.spatial import Delaunay, HalfspaceIntersection, QhullError
 
 from ..errors import InputError
 from ..geometry.base import FloatArray
@@ -66,14 +66,11 @@ def _neighbours(points: FloatArray) -> list[list[int]]:
     if n < 6:
         return [[j for j in range(n) if j != k] for k in range(n)]
     try:
-        pairs = Voronoi(points).ridge_points
+        mesh = Delaunay(points)
     except QhullError:  # all in one plane
         return [[j for j in range(n) if j != k] for k in range(n)]
-    found: list[list[int]] = [[] for _ in range(n)]
-    for i, j in sorted(map(tuple, np.sort(pairs, axis=1).tolist())):
-        found[i].append(j)
-        found[j].append(i)
-    return found
+    starts, neighbours = mesh.vertex_neighbor_vertices
+    return [sorted(neighbours[starts[k] : starts[k + 1]].tolist()) for k in range(n)]
 
 
 def _middle(planes: FloatArray) -> FloatArray | None:

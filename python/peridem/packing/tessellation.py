@@ -95,6 +95,10 @@ def _plane(region: Region, seeds: FloatArray, gap: float, rounds: int, min_edge:
     for _ in range(rounds):
         seeds = np.array([cell.centroid.coords[0] for cell in clipped_cells(region, seeds)])
     polygons = _whole(clipped_cells(region, seeds), seeds, region)
+    if any(len(polygon.interiors) for polygon in polygons):
+        raise InputError(
+            "voronoi: count: a grain goes all around a hole of the domain; give more grains"
+        )
     # sides of nearly no length come from corners of the domain near sides of cells
     least = _LEAST * float(np.hypot(*np.subtract(*region.box)))
     polygons = Cells(polygons, region.polygon).contracted(max(min_edge, least))
@@ -156,11 +160,7 @@ def _shrunk(polygon: Any, gap: float) -> Any:
 
 
 def _points(polygon: Any) -> FloatArray:
-    """Corners of a polygon without a hole, counter-clockwise."""
-    if len(polygon.interiors):
-        raise InputError(
-            "voronoi: count: a grain goes all around a hole of the domain; give more grains"
-        )
+    """Corners of a polygon, counter-clockwise."""
     return np.asarray(shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1])
 
 
