@@ -44,10 +44,10 @@ def test_poured_grains_slide_down_a_hopper_and_stay_inside():
 
 
 def test_poured_falls_along_gravity_in_3d():
-    packing = poured(SPHERE, ((0, 0, 0), (8, 8, 12)), count=30, gravity=(1, 0, 0), seed=1)
+    packing = poured(SPHERE, ((0, 0, 0), (9, 9, 13)), count=30, gravity=(1, 0, 0), seed=1)
     x, r = packing.positions, packing.radii
-    assert (8.0 - x[:, 0] >= r).all()
-    assert x[:, 0].mean() > 5.5  # 24 fit at the wall, so most lie there
+    assert (9.0 - x[:, 0] >= r).all()
+    assert x[:, 0].mean() > 6.5  # 24 fit at the wall in rows, so most lie there, at 8
     apart = np.linalg.norm(x[:, None] - x, axis=2) - r - r[:, None]
     assert apart[np.triu_indices(30, 1)].min() >= 0.0
 

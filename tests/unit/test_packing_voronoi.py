@@ -55,7 +55,7 @@ def shortest_side(polygon):
     return np.hypot(*np.diff(shapely.get_coordinates(polygon), axis=0).T).min()
 
 
-@pytest.mark.parametrize("options", [{}, {"lloyd": 3}, {"lloyd": 3, "min_edge": 0.03}])
+@pytest.mark.parametrize("options", [{}, {"lloyd": 3}, {"lloyd": 10, "min_edge": 0.02}])
 @pytest.mark.parametrize("name", ["rectangle", "triangle", "frame", "circle"])
 def test_cells_tile_the_domain(name, options):
     domain, area = {
@@ -65,7 +65,7 @@ def test_cells_tile_the_domain(name, options):
         # the outline is a polygon of 128 sides
         "circle": (make_shape("circle", [1.0]), 64 * math.sin(math.pi / 64)),
     }[name]
-    for seed in range(3):
+    for seed in range(2):
         packing = voronoi(domain, count=60, seed=seed, **options)
         assert len(packing) == 60
         assert len(packing.shapes) == 60
@@ -75,7 +75,7 @@ def test_cells_tile_the_domain(name, options):
         union = shapely.unary_union(shapely.set_precision(packing.polygons(), 1e-9))
         assert union.area == pytest.approx(area, rel=1e-6)
         if "min_edge" in options and name != "circle":  # its own sides of 0.049 remain
-            assert min(shortest_side(p) for p in packing.polygons()) >= 0.03 * (1 - 1e-9)
+            assert min(shortest_side(p) for p in packing.polygons()) >= 0.02 * (1 - 1e-9)
 
 
 def test_each_point_of_the_plane_belongs_to_the_nearest_seed():
@@ -149,7 +149,11 @@ def test_cells_are_the_same_for_the_same_seed():
     [
         (SQUARE, {"cout": 5}, r"did you mean count\?"),
         (SQUARE, {"count": 40, "gap": 0.5}, "gap = 0.5: the grain at .* vanishes"),
-        (SQUARE, {"count": 40, "min_edge": 0.5}, "min_edge = 0.5: a grain vanishes"),
+        (
+            SQUARE,
+            {"count": 40, "min_edge": 0.5},
+            "min_edge = 0.5: a grain at .* would vanish or fold",
+        ),
         (SQUARE, {"count": 40, "lloyd": -1}, "must be an integer >= 0"),
         (CUBE, {"count": 40, "gap": 0.9}, "a grain vanishes"),
         (CUBE, {"count": 4, "min_edge": 0.1}, "plane domains only"),

@@ -55,21 +55,19 @@ class Cells:
         Raises
         ------
         InputError
-            If a cell vanishes.
+            If a cell would vanish or fold.
         """
         for _ in range(len(self.points)):
             side = self._shortest(shortest)
             if side is None:
                 break
-            self._contract(*side)
-        polygons = self.polygons()
-        for polygon in polygons:
-            if not polygon.is_valid or polygon.area <= 0.0:
+            if not self._contract(*side):
+                x, y = self.points[side[0]]
                 raise InputError(
-                    f"voronoi: min_edge = {shortest:g}: a grain vanishes or folds; give a smaller "
-                    "min_edge, fewer grains or lloyd = 10"
+                    f"voronoi: min_edge = {shortest:g}: a grain at ({x:.3g}, {y:.3g}) would vanish "
+                    "or fold; give a smaller min_edge, fewer grains or lloyd = 10"
                 )
-        return polygons
+        return self.polygons()
 
     def _shortest(self, limit: float) -> tuple[int, int] | None:
         """Return the shortest side below the limit that may be contracted."""
@@ -91,15 +89,30 @@ class Cells:
         allowed[both[~on]] = False
         return allowed
 
-    def _contract(self, a: int, b: int) -> None:
-        """Make one corner of two: the one of higher rank, or their middle."""
+    def _contract(self, a: int, b: int) -> bool:
+        """Make one corner of two; tell whether all cells stay simple polygons."""
         if self.rank[a] < self.rank[b]:
             a, b = b, a
-        if self.rank[a] == self.rank[b]:
-            self.points[a] = 0.5 * (self.points[a] + self.points[b])
-        for k, loop in enumerate(self.loops):
-            if b in loop:
-                self.loops[k] = _without_repeats([a if v == b else v for v in loop])
+        touched = [k for k, loop in enumerate(self.loops) if a in loop or b in loop]
+        before = [self.loops[k] for k in touched]
+        for k in touched:
+            self.loops[k] = _without_repeats([a if v == b else v for v in self.loops[k]])
+        one, two = self.points[a].copy(), self.points[b].copy()
+        places = [one] if self.rank[a] > self.rank[b] else [0.5 * (one + two), one, two]
+        for place in places:
+            self.points[a] = place
+            if all(self._is_simple(k) for k in touched):
+                return True
+        self.points[a] = one
+        for k, loop in zip(touched, before, strict=True):
+            self.loops[k] = loop
+        return False
+
+    def _is_simple(self, k: int) -> bool:
+        if len(self.loops[k]) < 3:
+            return False
+        polygon = shapely.Polygon(self.points[self.loops[k]])
+        return bool(polygon.is_valid and polygon.area > 0.0 and polygon.exterior.is_ccw)
 
 
 def _without_repeats(loop: list[int]) -> list[int]:

@@ -150,9 +150,9 @@ def _merged(loops: list[_Loop]) -> list[_Loop]:
     for k, loop in enumerate(loops):
         of |= dict.fromkeys(_sides(loop), k)
     for a, b in list(of):
-        k, m = of.get((a, b)), of.get((b, a))
-        if k is None or m is None or k == m:
+        if (a, b) not in of or (b, a) not in of or of[a, b] == of[b, a]:
             continue
+        k, m = of[a, b], of[b, a]
         i, j = loops[k].index(b), loops[m].index(a)
         # once around the first from b to a, then around the second from a to b
         joined = loops[k][i:] + loops[k][:i] + (loops[m][j:] + loops[m][:j])[1:-1]

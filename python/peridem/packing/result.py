@@ -114,7 +114,8 @@ class Packing:
         container all grains count as inside.
         """
         inside = 1.0 if self.container is None else part_inside(self)
-        return float(1.0 - (self.volumes * inside).sum() / self.domain)
+        porosity = float(1.0 - (self.volumes * inside).sum() / self.domain)
+        return 0.0 if abs(porosity) < 1e-12 else porosity  # cells that tile: round-off
 
     def _per_shape(self, values: Sequence[float]) -> FloatArray:
         return np.array(values, dtype=float)[self.shape_index]

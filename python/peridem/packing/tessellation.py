@@ -58,7 +58,8 @@ def voronoi(
         different sizes, 5 to 20 nearly equal ones.
     min_edge : float
         In the plane: sides shorter than this [m] are contracted to a point, before the gap is
-        made, so that meshes need no tiny elements. Sides of the domain itself remain.
+        made, so that meshes need no tiny elements. Sides of the domain itself remain; at its
+        inward corners a side may be impossible to contract, which is an error.
     seed : int
         Of the random numbers; the same seed gives the same cells.
 
