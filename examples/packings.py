@@ -42,7 +42,7 @@ def main() -> None:
     """Pack, compare porosities, plot."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--output", type=Path, default=Path("packings"))
-    parser.add_argument("--short", action="store_true", help="smaller domains")
+    parser.add_argument("--short", action="store_true")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
     side = (15 if args.short else 40) * MM
@@ -50,7 +50,6 @@ def main() -> None:
     hopper = pk.Hopper(width=side, outlet=side / 6, funnel_height=side / 2, height=side)
     graded = pk.Grading(sieves=[1 * MM, 2 * MM, 6 * MM], passing=[0, 0.4, 1])
     few = round(0.42 * side**2 / (2.4 * MM**2))
-
     shaken = {"perturbation": (0.1 * MM, 0.0)}
     plane = {
         "grid, as in the paper": pk.grid(MIXED[:2], domain=box, sizes=SIZES, **shaken),
