@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args
 
@@ -216,7 +216,7 @@ class StagedModel(InteractionBuilder, ModelView):
         if self._dt_wanted is not None:
             self._time_step_from = "given"
             return self._dt_wanted
-        limits = self.stable_time_step()
+        limits = astuple(self.stable_time_step())
         limit = min(value for value in limits if value > 0)
         if not np.isfinite(limit):
             raise InputError(

@@ -34,7 +34,6 @@ def test_impact_records_energy_and_broken_bonds(tmp_path: Path) -> None:
 
 
 def test_two_particles_rebound_less_with_damping(tmp_path: Path) -> None:
-    pytest.importorskip("gmsh")
     done = subprocess.run(
         [sys.executable, EXAMPLES / "two_particles.py", "--until", "1.5e-4", "--output", tmp_path],
         capture_output=True,
