@@ -27,7 +27,7 @@ def mixed() -> Packing:
     ]
     sizes = pd.packing.Uniform(0.9 * MM, 1.1 * MM)
     box = ((0, 0), (9 * MM, 9 * MM))
-    return pd.packing.random(shapes, box, count=12, sizes=sizes, gap=0.05 * MM, seed=3)
+    return pd.packing.random(shapes, box, count=12, sizes=sizes, gap=0.12 * MM, seed=3)
 
 
 def cells() -> Packing:
