@@ -133,12 +133,13 @@ def _check_valid(outer: FloatArray, holes: list[FloatArray]) -> None:
     from shapely.validation import explain_validity
 
     polygon = shapely.Polygon(outer[:, :2], [hole[:, :2] for hole in holes])
-    if not polygon.is_valid:
-        reason = explain_validity(polygon).replace("[", " at (").replace("]", ")")
-        raise InputError(
-            f"Polygon: points: {reason}: edges must not cross or touch, and holes must lie "
-            "inside and apart; list the corners in order around the shape"
-        )
     size = float(np.ptp(outer, axis=0).max())
-    if not polygon.area > _COINCIDENT * size**2:
+    if not polygon.convex_hull.area > _COINCIDENT * size**2:
         raise InputError("Polygon: points: the corners lie on a line: there is no area; move one")
+    if not polygon.is_valid:
+        what, _, place = explain_validity(polygon).rstrip("]").partition("[")
+        raise InputError(
+            f"Polygon: points: {what.lower()} at ({', '.join(place.split())}): edges must not "
+            "cross or touch, and holes must lie inside and apart; list the corners in order "
+            "around the shape"
+        )
