@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from ..errors import InputError
@@ -47,7 +48,7 @@ class Composite(BodyShape):
             raise InputError("Composite: members: plane shapes and solids cannot be put together")
         self._set(members=members, signs=signs)
 
-    @property
+    @cached_property
     def geometry(self) -> Geometry:
         """The region of space it fills; its volume is that of the members with their signs.
 

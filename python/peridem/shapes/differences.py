@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 from ..errors import InputError
@@ -46,7 +47,7 @@ class _BoxDifference(BodyShape):
         boxes = [self.inner.full_keys["Parameters"], self.outer.full_keys["Parameters"]]
         return {"Type": self._type, "Parameters": [*boxes[0], *boxes[1]]}
 
-    @property
+    @cached_property
     def geometry(self) -> Geometry:
         """The region of space it fills: centre, bounding radius, box, area, points inside."""
         return make_shape(self._type, self.deck_keys["Parameters"], where=type(self).__name__)

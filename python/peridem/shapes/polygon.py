@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,7 @@ class Polygon(BodyShape):
             points=_tuples(r * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles]))
         )
 
-    @property
+    @cached_property
     def geometry(self) -> Region:
         """The region of space it fills: centre (centroid), bounding radius, area, and so on."""
         outline = np.array(self.points)
