@@ -248,7 +248,9 @@ BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
        exchange.theta.data(),
        pattern.first_place},
       influences_[static_cast<std::size_t>(body.id)].numbers(),
-      {}};
+      {},
+      {},
+      0};
   const Real h = body.mesh_size / body.horizon;
   view.reference = {(1 - h / 2) / (1 - fuzzy_tolerance), (1 - h / 2) / h, 1 / h};
   for (int d = 0; d < 3; ++d)
@@ -275,11 +277,19 @@ void PeridynamicForce::prepareScratch(int threads) {
 }
 
 void PeridynamicForce::runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
-                                const Vec3& body_force, Scratch& scratch) {
+                                const Vec3& body_force, Scratch& scratch, const Particle* next) {
   const NodeArrays nodes{state.u.front().data(), state.f.front().data(), state.theta.data(),
                          state.damage_z.data()};
   BlockView view = block.view;
   for (int d = 0; d < 3; ++d) view.body_force[d] = body_force[d];
+  if (next != nullptr) {
+    const auto start = static_cast<std::size_t>(next->start);
+    view.next[0] = state.f[start].data();
+    view.next[1] = state.v[start].data();
+    view.next[2] = state.u[start].data();
+    view.next[3] = state.x[start].data();
+    view.next_lines = static_cast<std::size_t>(next->nodes()) * sizeof(Vec3) / 64;
+  }
   run_(stage, dimension_, lawOf(block.body), view, nodes, scratch.view(), {clearFlag, bonds});
 }
 
@@ -300,16 +310,20 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
   const auto n_ranges = static_cast<std::ptrdiff_t>(other_nodes_.size());
   const auto n_whole = static_cast<std::ptrdiff_t>(whole_.size());
   const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
+  // Bodies that follow each other, so that a thread can fetch its next one early; few enough that no
+  // thread ends with a long share.
+  const std::ptrdiff_t bodies_at_a_time =
+      std::clamp<std::ptrdiff_t>(n_whole / (32 * threads), 1, 8);
   Kick kicked;
 #pragma omp parallel num_threads(threads) if (intact_.size() > groups_worth_threads)
   {
     Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
     Kick own;
-    const auto runBlock = [&](Stage stage, const Block& block) {
+    const auto runBlock = [&](Stage stage, const Block& block, const Particle* next = nullptr) {
       const Particle& body = bodies[static_cast<std::size_t>(block.body)];
       if (motion != nullptr && stage == Stage::whole)
         own.merge(move(*motion, state, body, body.start, body.stop));
-      runStage(stage, block, state, &bonds, body.density * gravity, scratch);
+      runStage(stage, block, state, &bonds, body.density * gravity, scratch, next);
     };
 #pragma omp for schedule(static)
     for (std::ptrdiff_t k = 0; k < n_ranges; ++k) {
@@ -323,9 +337,14 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
 #pragma omp for schedule(static) nowait
     for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
       runBlock(Stage::place, pieces_[static_cast<std::size_t>(k)]);
-#pragma omp for schedule(dynamic, 1)
-    for (std::ptrdiff_t k = 0; k < n_whole; ++k)
-      runBlock(Stage::whole, whole_[static_cast<std::size_t>(k)]);
+#pragma omp for schedule(dynamic, bodies_at_a_time)
+    for (std::ptrdiff_t k = 0; k < n_whole; ++k) {
+      const auto block = static_cast<std::size_t>(k);
+      const Particle* next =
+          block + 1 < whole_.size() ? &bodies[static_cast<std::size_t>(whole_[block + 1].body)]
+                                    : nullptr;
+      runBlock(Stage::whole, whole_[block], next);
+    }
 #pragma omp for schedule(dynamic, 1)
     for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
       runBlock(Stage::dilatation, pieces_[static_cast<std::size_t>(k)]);

@@ -90,7 +90,7 @@ class PeridynamicForce {
             Index end) const;
   void prepareScratch(int threads);
   void runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
-                const Vec3& body_force, Scratch& scratch);
+                const Vec3& body_force, Scratch& scratch, const Particle* next = nullptr);
 
   int dimension_ = 2;
   std::string instruction_set_;

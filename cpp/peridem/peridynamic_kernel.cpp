@@ -19,6 +19,12 @@ PERIDEM_INLINE void prefetchNode(const BlockView& block, const double* vectors, 
   __builtin_prefetch(vectors + 3 * node, static_cast<int>(access));
 }
 
+// One line for every group: a body has more groups than its arrays have lines.
+PERIDEM_INLINE void prefetchNextBody(const BlockView& block, std::size_t g) {
+  const std::size_t line = g / 4;
+  if (line < block.next_lines) __builtin_prefetch(block.next[g % 4] + lanes * line, 1);
+}
+
 // y = z_ref + Q^T (u - u_c) / eps of the own nodes: a rigid translation leaves it unchanged to the
 // last digit.
 template <int Dim>
@@ -335,6 +341,7 @@ std::size_t dilatationPass(const Lps& law, const BlockView& shared, const NodeAr
         return ScalarTile<Dim, table>{tile, {places, tile}, {block, tile}, {}};
       },
       [&](ScalarTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
+        prefetchNextBody(block, g);
         const Deformed<Dim> bond(tile.positions, places, i);
         const auto [r, J] = ReferenceBond<Lps>(block, tile.reference, i, g);
         const Lanes e = bond.length - r;
@@ -446,6 +453,7 @@ void bondBasedForcePass(const Law& law, const BlockView& shared, const NodeArray
         return ForceTile<Dim, table>{tile, {places, tile}, {block, tile}, {}, {}, {}};
       },
       [&](ForceTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
+        prefetchNextBody(block, g);
         const Deformed<Dim> deformed(tile.positions, places, i);
         const ReferenceBond<Law> reference(block, tile.reference, i, g);
         Lanes elongation, stretch, inverse, direction[Dim];
