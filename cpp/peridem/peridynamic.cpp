@@ -249,6 +249,7 @@ BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
        pattern.first_place},
       influences_[static_cast<std::size_t>(body.id)].numbers(),
       {},
+      false,
       {},
       0};
   const Real h = body.mesh_size / body.horizon;
@@ -282,6 +283,7 @@ void PeridynamicForce::runStage(Stage stage, const Block& block, State& state, B
                          state.damage_z.data()};
   BlockView view = block.view;
   for (int d = 0; d < 3; ++d) view.body_force[d] = body_force[d];
+  view.write_theta = dilatation_known_;
   if (next != nullptr) {
     const auto start = static_cast<std::size_t>(next->start);
     view.next[0] = state.f[start].data();
@@ -354,6 +356,7 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
 #pragma omp critical(peridem_kick)
     kicked.merge(own);
   }
+  dilatation_known_ = true;
   return kicked;
 }
 
@@ -375,6 +378,11 @@ void PeridynamicForce::computeDamage(State& state, int threads) {
 #pragma omp parallel num_threads(threads) if (intact_.size() > groups_worth_threads)
   {
     Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
+    const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
+#pragma omp for schedule(static)
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
+      runStage(Stage::place, pieces_[static_cast<std::size_t>(k)], state, nullptr, Vec3::Zero(),
+               scratch);
 #pragma omp for schedule(dynamic, 1)
     for (std::ptrdiff_t k = 0; k < n; ++k) {
       const auto index = static_cast<std::size_t>(k);

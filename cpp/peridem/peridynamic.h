@@ -48,8 +48,8 @@ class PeridynamicForce {
   Kick moveAndCompute(const KickAndDrift& motion, State& state, BondTable& bonds,
                       const std::vector<Particle>& bodies, const Vec3& gravity, int threads);
 
-  // Damage Z at the current state, and theta of the last compute(). They do not act back on the
-  // forces from there, so that it is enough to write them when someone looks.
+  // Damage Z at the current state, and theta of the last compute() if there was one. They do not
+  // act back on the forces from there, so that it is enough to write them when someone looks.
   void computeDamage(State& state, int threads);
 
   // Takes over the flags of the table, after they have been set from outside.
@@ -112,6 +112,7 @@ class PeridynamicForce {
   std::vector<LaneBits> intact_;  // of the groups of all blocks
   std::vector<std::unique_ptr<Scratch>> scratch_;  // one per thread
   bool state_based_stage_ = true;                  // see the constructor
+  bool dilatation_known_ = false;                  // of partitioned bodies, by a compute()
 };
 
 }  // namespace peridem
