@@ -173,8 +173,7 @@ void DEMModel::lockDirections() {
       std::fill(locked_.begin() + body.start, locked_.begin() + body.stop, std::uint8_t{7});
   locked_bodies_.clear();
   for (const Particle& body : particles_)
-    locked_bodies_.push_back(std::any_of(locked_.begin() + body.start,
-                                         locked_.begin() + body.stop,
+    locked_bodies_.push_back(std::any_of(locked_.begin() + body.start, locked_.begin() + body.stop,
                                          [](std::uint8_t bits) { return bits != 0; }));
 }
 
@@ -229,8 +228,8 @@ void DEMModel::moveAndComputeForces(Real k, Real dt) {
   Kick kicked;
   {
     const Stopwatch watch(timings_.peridynamic);
-    kicked = peridynamic_.moveAndCompute({k, dt, speed_limit_, &locked_, &locked_bodies_}, state_, bonds_,
-                                         particles_, deck_.gravity, threads_);
+    kicked = peridynamic_.moveAndCompute({k, dt, speed_limit_, &locked_, &locked_bodies_}, state_,
+                                         bonds_, particles_, deck_.gravity, threads_);
   }
   if (!kicked.within_limit || !(prescribed < speed_limit_ * dt)) reportRunaway(n_, time_);
   contact_.noteTravel(std::sqrt(3.0) * (dt * kicked.fastest + prescribed));

@@ -124,7 +124,7 @@ class DEMModel {
   std::vector<DisplacementSet> displacement_sets_;
   std::vector<ForceSet> force_sets_;
   std::vector<InitialVelocity> initial_velocities_;
-  std::vector<std::uint8_t> locked_;  // bit d set: direction d of the node is not integrated
+  std::vector<std::uint8_t> locked_;         // bit d set: direction d of the node is not integrated
   std::vector<std::uint8_t> locked_bodies_;  // 1: some node of the body is
   Timings timings_;
   Real speed_limit_ = 0;  // |v| beyond which the run has diverged
