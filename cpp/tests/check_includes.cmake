@@ -17,7 +17,8 @@ set(levels
   "material peridynamic_kernel"
   "particle instruction_set"
   "bonds external"
-  "partition contact_search bond_block"
+  "partition bond_block"
+  "contact_search"
   "contact peridynamic"
   "contact_damping stability memory"
   "model")
