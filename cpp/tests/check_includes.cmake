@@ -12,15 +12,15 @@ endif()
 set(levels
   "real errors lanes"
   "types"
-  "fuzzy deck state neighbors cell_grid simd"
+  "fuzzy deck state node_sums neighbors cell_grid simd"
   "laws/lps laws/pmb laws/rnp laws/contact influence mesh integrator"
-  "material peridynamic_kernel"
+  "material contact_pair peridynamic_kernel"
   "particle instruction_set"
   "bonds external"
-  "partition contact_search bond_block"
+  "partition contact_search bond_block bond_energy fragments"
   "contact peridynamic"
-  "contact_damping stability"
-  "model")
+  "contact_damping contact_network stability energy"
+  "model model_diagnostics")
 set(foreign "pybind11/|Python\\.h|yaml|vtk|[Hh]5|iostream|cstdio|stdio\\.h|fstream|filesystem")
 set(laws_may_include "real fuzzy lanes laws/lps laws/pmb laws/rnp laws/contact")
 
