@@ -334,6 +334,7 @@ void DEMModel::restore(Offset n, Real time, const std::vector<SlipRecord>& slips
   n_ = n;
   time_ = time;
   started_ = true;
+  if (tracks_energy_) beginEnergy();
 }
 
 void DEMModel::computeExternalForces() {

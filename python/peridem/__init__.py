@@ -77,6 +77,7 @@ __all__ = [
     "Surface",
     "Triangle",
     "__version__",
+    "diagnostics",
     "mesh_quality",
     "packing",
     "read_deck",
