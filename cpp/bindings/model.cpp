@@ -96,7 +96,12 @@ py::dict memoryCosts() {
   result["node"] = costs.node;
   result["bond"] = costs.bond;
   result["place"] = costs.place;
+  result["halo"] = costs.halo;
+  result["exchange"] = costs.exchange;
+  result["tile_bonds"] = costs.tile_bonds;
   result["group"] = costs.group;
+  result["table"] = costs.table;
+  result["flags"] = costs.flags;
   result["tile"] = costs.tile;
   result["whole"] = costs.whole;
   result["piece"] = costs.piece;

@@ -39,7 +39,7 @@ AlignedArray::AlignedArray(std::size_t n) : size_(n) {
 std::size_t BondPattern::bytes() const {
   const std::size_t doubles = z_ref[0].size() + z_ref[1].size() + z_ref[2].size() + volume.size() +
                               inverse_volume.size() + dilatation_factor.size() + a.size() +
-                              b.size() + numbers.size();
+                              b.size();
   return doubles * sizeof(double) + (nodes.size() + n_halo) * sizeof(Index) +
          tiles.size() * sizeof(TileBonds) + groups.size() * sizeof(BondGroup);
 }
@@ -78,22 +78,10 @@ std::vector<Index> bisectionOrder(std::span<const Vec3> points) {
 
 namespace {
 
-// The groups of one tile while they are collected: lanes by row.
-class TileRows {
- public:
-  struct Row {
-    Index row;
-    LaneBits exists;
-  };
-  void add(Index row, std::size_t lane) {
-    if (rows_.empty() || rows_.back().row != row) rows_.push_back({row, 0});
-    rows_.back().exists = static_cast<LaneBits>(rows_.back().exists | (1u << lane));
-  }
-  const std::vector<Row>& rows() const { return rows_; }
-  void clear() { rows_.clear(); }
-
- private:
-  std::vector<Row> rows_;
+// A node and the lanes of a tile that it is bonded with.
+struct Row {
+  Index row;
+  LaneBits exists;
 };
 
 // Builds one pattern; `place` maps the nodes of the body to places in it (-1: not in it).
@@ -179,77 +167,85 @@ class PatternBuilder {
     }
   }
 
-  // A pair of tiles is stored at one of them: with the nodes of the other as rows, or the other way
-  // round, whichever takes fewer rows.
+  using RowsOfTiles = std::vector<std::vector<Row>>;
+
   void fillGroups() {
     const std::size_t n_tiles = pattern_.n_padded / tile_nodes;
-    std::vector<std::vector<TileRows::Row>> rows(n_tiles);
-    std::vector<std::vector<TileRows::Row>> halo_rows(n_tiles);
+    RowsOfTiles rows(n_tiles);
+    RowsOfTiles halo_rows(n_tiles);
     for (std::size_t t = 0; t < n_tiles; ++t) addPairs(t, rows, halo_rows);
     for (std::size_t t = 0; t < n_tiles; ++t) {
       TileBonds tile{};
       tile.tile = static_cast<std::uint32_t>(t * tile_nodes);
       tile.begin = static_cast<std::uint32_t>(pattern_.groups.size());
-      for (const auto& row : rows[t]) appendGroup(row);
+      appendGroups(rows[t]);
       tile.halo = static_cast<std::uint32_t>(pattern_.groups.size());
-      for (const auto& row : halo_rows[t]) appendGroup(row);
+      appendGroups(halo_rows[t]);
       tile.end = static_cast<std::uint32_t>(pattern_.groups.size());
       pattern_.tiles.push_back(tile);
     }
+    pattern_.groups.shrink_to_fit();
   }
 
-  // Places, ascending, of the neighbours of the node at a place.
-  std::vector<Index> partnersOf(std::size_t place) const {
-    std::vector<Index> places;
-    if (pattern_.nodes[place] < 0) return places;
-    for (const Index j : neighborsOf(pattern_.nodes[place])) places.push_back(placeOf(j));
-    std::sort(places.begin(), places.end());
-    return places;
-  }
-
-  // The pairs of tile t with itself, with later tiles and with the halo.
-  void addPairs(std::size_t t, std::vector<std::vector<TileRows::Row>>& rows,
-                std::vector<std::vector<TileRows::Row>>& halo_rows) const {
-    const auto first = static_cast<Index>(t) * tile_size;
-    struct Pair {
-      Index partner, lane;  // node of another tile, lane in this one
-    };
-    std::vector<Pair> pairs;
-    for (Index lane = 0; lane < tile_size; ++lane)
-      for (const Index place : partnersOf(static_cast<std::size_t>(first + lane)))
-        if (place > first + lane) pairs.push_back({place, lane});
-    std::sort(pairs.begin(), pairs.end(), [](const Pair& p, const Pair& q) {
-      return p.partner != q.partner ? p.partner < q.partner : p.lane < q.lane;
-    });
-    const auto inside = static_cast<Index>(pattern_.n_padded);
-    for (std::size_t begin = 0; begin < pairs.size();) {
-      const Index other = pairs[begin].partner / tile_size;
-      std::size_t end = begin;
-      TileRows here, there;  // partners as rows of this tile, nodes of this tile as rows of theirs
-      while (end < pairs.size() && pairs[end].partner / tile_size == other) {
-        here.add(pairs[end].partner, static_cast<std::size_t>(pairs[end].lane));
-        ++end;
-      }
-      for (Index lane = 0; lane < tile_size; ++lane)
-        for (std::size_t k = begin; k < end; ++k)
-          if (pairs[k].lane == lane)
-            there.add(first + lane, static_cast<std::size_t>(pairs[k].partner % tile_size));
-      begin = end;
-      const bool in_halo = other * tile_size >= inside;
-      const bool at_other = !in_halo && there.rows().size() < here.rows().size();
-      auto& target = in_halo    ? halo_rows[t]
-                     : at_other ? rows[static_cast<std::size_t>(other)]
-                                : rows[t];
-      const auto& found = at_other ? there.rows() : here.rows();
-      target.insert(target.end(), found.begin(), found.end());
+  void appendGroups(const std::vector<Row>& rows) {
+    for (const Row& row : rows) {
+      BondGroup group{};
+      group.row = static_cast<std::uint32_t>(row.row) & 0xffffffu;
+      group.exists = row.exists;
+      pattern_.groups.push_back(group);
     }
   }
 
-  void appendGroup(const TileRows::Row& row) {
-    BondGroup group{};
-    group.row = static_cast<std::uint32_t>(row.row) & 0xffffffu;
-    group.exists = row.exists;
-    pattern_.groups.push_back(group);
+  // The pairs of tile t with itself, with later tiles and with the halo.
+  void addPairs(std::size_t t, RowsOfTiles& rows, RowsOfTiles& halo_rows) {
+    const auto first = static_cast<Index>(t) * tile_size;
+    pairs_.clear();
+    for (Index lane = 0; lane < tile_size; ++lane) {
+      const Index node = pattern_.nodes[static_cast<std::size_t>(first + lane)];
+      if (node < 0) continue;
+      for (const Index j : neighborsOf(node))
+        if (const Index place = placeOf(j); place > first + lane)
+          pairs_.push_back(tile_size * place + lane);
+    }
+    std::sort(pairs_.begin(), pairs_.end());
+    const auto inside = static_cast<Index>(pattern_.n_padded);
+    for (std::size_t begin = 0; begin < pairs_.size();) {
+      const Index other = pairs_[begin] / (tile_size * tile_size);
+      std::size_t end = begin;
+      while (end < pairs_.size() && pairs_[end] / (tile_size * tile_size) == other) ++end;
+      const TilePair pair(std::span<const Index>(pairs_).subspan(begin, end - begin));
+      begin = end;
+      if (other * tile_size >= inside)
+        append(halo_rows[t], other * tile_size, pair.lanes_of_partner);
+      else if (countRows(pair.partners_of_lane) < countRows(pair.lanes_of_partner))
+        append(rows[static_cast<std::size_t>(other)], first, pair.partners_of_lane);
+      else
+        append(rows[t], other * tile_size, pair.lanes_of_partner);
+    }
+  }
+
+  // The bonds of a tile with another one. They are stored with the nodes of the other as rows, or
+  // the other way round, whichever takes fewer rows.
+  struct TilePair {
+    std::array<LaneBits, tile_nodes> lanes_of_partner{};
+    std::array<LaneBits, tile_nodes> partners_of_lane{};
+
+    explicit TilePair(std::span<const Index> pairs) {
+      for (const Index pair : pairs) {
+        const auto lane = static_cast<std::size_t>(pair % tile_size);
+        const auto partner = static_cast<std::size_t>(pair / tile_size % tile_size);
+        lanes_of_partner[partner] = static_cast<LaneBits>(lanes_of_partner[partner] | 1u << lane);
+        partners_of_lane[lane] = static_cast<LaneBits>(partners_of_lane[lane] | 1u << partner);
+      }
+    }
+  };
+  static std::ptrdiff_t countRows(const std::array<LaneBits, tile_nodes>& bits) {
+    return std::count_if(bits.begin(), bits.end(), [](LaneBits b) { return b != 0; });
+  }
+  static void append(std::vector<Row>& rows, Index first,
+                     const std::array<LaneBits, tile_nodes>& bits) {
+    for (std::size_t k = 0; k < tile_nodes; ++k)
+      if (bits[k] != 0) rows.push_back({first + static_cast<Index>(k), bits[k]});
   }
 
   const State& state_;
@@ -257,22 +253,39 @@ class PatternBuilder {
   const Particle& body_;
   int dimension_;
   std::vector<Index>& place_;
+  std::vector<Index> pairs_;  // tile_size * partner + lane
   BondPattern pattern_;
 };
 
 }  // namespace
 
+BondPattern makeBondPattern(const State& state, const BondTable& bonds, const Particle& body,
+                            int dimension) {
+  std::vector<Index> nodes(static_cast<std::size_t>(body.nodes()));
+  std::iota(nodes.begin(), nodes.end(), Index{0});
+  std::vector<Index> place(nodes.size(), -1);
+  return PatternBuilder(state, bonds, body, dimension, place).build(nodes);
+}
+
 std::vector<BondPattern> makeBondPatterns(const State& state, const BondTable& bonds,
                                           const Particle& body, int dimension,
-                                          const std::vector<Index>& piece, Index parts) {
+                                          const std::vector<Index>& piece, Index parts,
+                                          int threads) {
   std::vector<std::vector<Index>> own(static_cast<std::size_t>(parts));
   for (Index i = 0; i < body.nodes(); ++i)
     own[static_cast<std::size_t>(piece[static_cast<std::size_t>(i)])].push_back(i);
+  std::erase_if(own, [](const std::vector<Index>& nodes) { return nodes.empty(); });
+  std::vector<BondPattern> patterns(own.size());
+  const auto n = static_cast<std::ptrdiff_t>(own.size());
+#pragma omp parallel num_threads(threads) if (n > 1)
+  {
+    std::vector<Index> place(static_cast<std::size_t>(body.nodes()), -1);
+    PatternBuilder builder(state, bonds, body, dimension, place);
+#pragma omp for schedule(dynamic, 1)
+    for (std::ptrdiff_t k = 0; k < n; ++k)
+      patterns[static_cast<std::size_t>(k)] = builder.build(own[static_cast<std::size_t>(k)]);
+  }
   std::vector<Index> place(static_cast<std::size_t>(body.nodes()), -1);
-  PatternBuilder builder(state, bonds, body, dimension, place);
-  std::vector<BondPattern> patterns;
-  for (const auto& nodes : own)
-    if (!nodes.empty()) patterns.push_back(builder.build(nodes));
   std::size_t n_places = 0;
   for (BondPattern& pattern : patterns) {
     pattern.first_place = n_places;
@@ -285,6 +298,20 @@ std::vector<BondPattern> makeBondPatterns(const State& state, const BondTable& b
       pattern.halo_places.push_back(
           place[static_cast<std::size_t>(pattern.nodes[pattern.n_padded + k])]);
   return patterns;
+}
+
+std::uint64_t hashOfBonds(const BondTable& bonds, const Particle& body) {
+  std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+  const auto add = [&](Index value) {
+    hash = (hash ^ static_cast<std::uint64_t>(value)) * 1099511628211u;
+  };
+  add(body.zone);
+  for (Index i = body.start; i < body.stop; ++i) {
+    add(i - body.start);
+    for (std::size_t k = bonds.begin(i); k < bonds.end(i); ++k)
+      add(bonds.neighbors[k] - body.start);
+  }
+  return hash;
 }
 
 namespace {

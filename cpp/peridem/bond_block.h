@@ -65,7 +65,6 @@ struct BondPattern {
 
   std::vector<TileBonds> tiles;  // of the own nodes
   std::vector<BondGroup> groups;
-  AlignedArray numbers;  // the table: group_numbers for each group, weights with V_i V_j; or empty
 
   std::size_t bytes() const;
 };
@@ -73,10 +72,18 @@ struct BondPattern {
 // Order of the points such that runs of eight are close in space, and so are runs of runs.
 std::vector<Index> bisectionOrder(std::span<const Vec3> points);
 
+// The pattern of a body that is one block.
+BondPattern makeBondPattern(const State& state, const BondTable& bonds, const Particle& body,
+                            int dimension);
+
 // Patterns of the blocks of a body from the piece of each of its nodes (see partitionBody).
 std::vector<BondPattern> makeBondPatterns(const State& state, const BondTable& bonds,
                                           const Particle& body, int dimension,
-                                          const std::vector<Index>& piece, Index parts);
+                                          const std::vector<Index>& piece, Index parts,
+                                          int threads = 1);
+
+// Equal for bodies of one zone whose nodes are bonded to each other in the same way.
+std::uint64_t hashOfBonds(const BondTable& bonds, const Particle& body);
 
 // Whether two bodies of one zone are the same in their frames.
 bool sameInFrame(const State& state, const BondTable& bonds, const Particle& p, const Particle& q,

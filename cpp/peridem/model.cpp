@@ -164,7 +164,7 @@ void DEMModel::init() {
   }
   appendBonds(bonds_, state_, particles_, influences_, threads_);
   peridynamic_ = PeridynamicForce(state_, bonds_, particles_, influences_, deck_.dimension,
-                                  deck_.compatibility);
+                                  deck_.compatibility, BlockSizes{}, threads_);
   contact_ = ContactForce(deck_, particles_);
   speed_limit_ = speedLimit();
   initialized_ = true;

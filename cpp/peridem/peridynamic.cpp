@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "instruction_set.h"
 #include "partition.h"
@@ -27,14 +28,11 @@ Law inFrame(Law law, Real horizon) {
   return law;
 }
 
-// Tables of bonds that no two bodies share are kept while all of them fit into this part of the
-// last-level cache: from memory they are not faster than computing the numbers again.
-std::size_t tableBudget() {
-  long cache = 0;
-#ifdef _SC_LEVEL3_CACHE_SIZE
-  cache = sysconf(_SC_LEVEL3_CACHE_SIZE);
-#endif
-  return cache > 0 ? static_cast<std::size_t>(cache) / 2 : std::size_t{8} << 20;
+std::size_t quarterOfMemory() {
+  const long pages = sysconf(_SC_PHYS_PAGES);
+  const long page = sysconf(_SC_PAGESIZE);
+  if (pages <= 0 || page <= 0) return std::size_t{1} << 30;
+  return static_cast<std::size_t>(pages) * static_cast<std::size_t>(page) / 4;
 }
 
 void clearFlag(void* table, Index i, Index j, bool both) {
@@ -83,7 +81,7 @@ PeridynamicForce& PeridynamicForce::operator=(PeridynamicForce&&) noexcept = def
 PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
                                    const std::vector<Particle>& bodies,
                                    const std::vector<Influence>& influences, int dimension,
-                                   Compatibility mode, const BlockSizes& sizes)
+                                   Compatibility mode, const BlockSizes& sizes, int threads)
     : dimension_(dimension),
       instruction_set_(peridem::instructionSet()),
       run_(kernelFor(instruction_set_)),
@@ -94,9 +92,11 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
   if (mode == Compatibility::original)
     state_based_stage_ = std::holds_alternative<Lps>(bodies.front().law);
   exchanges_.resize(bodies.size());
+  // Bodies that never move have no internal forces.
+  addWholeBodies(state, bonds, bodies, sizes.whole, threads);
   for (const Particle& body : bodies)
-    if (!body.constrained)  // those have no internal forces
-      addBody(state, bonds, bodies, body, sizes);
+    if (!body.constrained && body.nodes() > sizes.whole)
+      addPieces(state, bonds, body, sizes.piece, threads);
   // Largest first, so that no thread ends with a long one.
   std::stable_sort(whole_.begin(), whole_.end(), [&](const Block& p, const Block& q) {
     return patterns_[p.pattern].groups.size() > patterns_[q.pattern].groups.size();
@@ -121,58 +121,84 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
             {begin, std::min(begin + nodes_of_range, body.stop), body.id});
 }
 
-void PeridynamicForce::addBody(const State& state, const BondTable& bonds,
-                               const std::vector<Particle>& bodies, const Particle& body,
-                               const BlockSizes& sizes) {
-  const bool whole = body.nodes() <= sizes.whole;
-  for (std::size_t k = 0; whole && k < patterns_.size(); ++k) {
-    const Particle& other = bodies[static_cast<std::size_t>(pattern_bodies_[k])];
-    if (patterns_[k].n_own == static_cast<std::size_t>(body.nodes()) &&
-        sameInFrame(state, bonds, other, body, dimension_)) {
-      whole_.push_back({body.id, k, 0, {}});
-      return;
+void PeridynamicForce::addWholeBodies(const State& state, const BondTable& bonds,
+                                      const std::vector<Particle>& bodies, Index largest,
+                                      int threads) {
+  for (const Particle& body : bodies)
+    if (!body.constrained && body.nodes() <= largest) whole_.push_back({body.id, 0, 0, {}});
+  const auto n_bodies = static_cast<std::ptrdiff_t>(whole_.size());
+  std::vector<std::uint64_t> hashes(whole_.size());
+#pragma omp parallel for num_threads(threads) schedule(static) if (n_bodies > 100)
+  for (std::ptrdiff_t k = 0; k < n_bodies; ++k) {
+    const auto block = static_cast<std::size_t>(k);
+    hashes[block] = hashOfBonds(bonds, bodies[static_cast<std::size_t>(whole_[block].body)]);
+  }
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> found;  // patterns by hash
+  for (std::size_t k = 0; k < whole_.size(); ++k) {
+    const Particle& body = bodies[static_cast<std::size_t>(whole_[k].body)];
+    auto& candidates = found[hashes[k]];
+    const auto same = std::find_if(candidates.begin(), candidates.end(), [&](std::size_t pattern) {
+      const Particle& other = bodies[static_cast<std::size_t>(pattern_bodies_[pattern])];
+      return sameInFrame(state, bonds, other, body, dimension_);
+    });
+    if (same == candidates.end()) {
+      candidates.push_back(pattern_bodies_.size());
+      whole_[k].pattern = pattern_bodies_.size();
+      pattern_bodies_.push_back(body.id);
+    } else {
+      whole_[k].pattern = *same;
     }
   }
+  patterns_.resize(pattern_bodies_.size());
+  const auto n_patterns = static_cast<std::ptrdiff_t>(patterns_.size());
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1) if (n_patterns > 1)
+  for (std::ptrdiff_t k = 0; k < n_patterns; ++k) {
+    const auto pattern = static_cast<std::size_t>(k);
+    const Particle& body = bodies[static_cast<std::size_t>(pattern_bodies_[pattern])];
+    patterns_[pattern] = makeBondPattern(state, bonds, body, dimension_);
+  }
+}
+
+void PeridynamicForce::addPieces(const State& state, const BondTable& bonds, const Particle& body,
+                                 Index nodes_of_piece, int threads) {
+  const Index parts = (body.nodes() + nodes_of_piece - 1) / nodes_of_piece;
   std::size_t n_places = 0;
-  const Index parts = whole ? 1 : (body.nodes() + sizes.piece - 1) / sizes.piece;
-  for (BondPattern& pattern : makeBondPatterns(state, bonds, body, dimension_,
-                                               partitionBody(state, bonds, body, parts), parts)) {
-    (whole ? whole_ : pieces_).push_back({body.id, patterns_.size(), 0, {}});
+  for (BondPattern& pattern :
+       makeBondPatterns(state, bonds, body, dimension_, partitionBody(state, bonds, body, parts),
+                        parts, threads)) {
+    pieces_.push_back({body.id, patterns_.size(), 0, {}});
     n_places = pattern.first_place + pattern.n_padded;
     patterns_.push_back(std::move(pattern));
     pattern_bodies_.push_back(body.id);
   }
-  if (whole) return;
   Exchange& exchange = exchanges_[static_cast<std::size_t>(body.id)];
   for (auto& component : exchange.z) component = AlignedArray(n_places);
   exchange.theta = AlignedArray(n_places);
 }
 
-// Patterns that bodies share get a table, those whose weights take long to compute, and all of
-// them when they are few.
 void PeridynamicForce::makeTables(const std::vector<Particle>& bodies, Tables tables) {
   std::vector<char> shared(patterns_.size(), 0);
-  std::size_t unshared_bytes = 0;
   for (const Block& block : whole_)
     if (block.body != pattern_bodies_[block.pattern]) shared[block.pattern] = 1;
-  for (std::size_t k = 0; k < patterns_.size(); ++k)
-    if (!shared[k]) unshared_bytes += patterns_[k].groups.size() * group_numbers * sizeof(double);
-  const bool fits = unshared_bytes <= tableBudget();
-  const auto wanted = [&](std::size_t pattern) {
-    if (tables != Tables::where_faster) return tables == Tables::all;
-    return shared[pattern] || fits;
-  };
-  for (auto* blocks : {&whole_, &pieces_})
-    for (Block& block : *blocks) {
-      const auto body = static_cast<std::size_t>(block.body);
-      BondPattern& pattern = patterns_[block.pattern];
-      const bool gaussian = influences_[body].numbers().beta > 0;
-      if (block.body == pattern_bodies_[block.pattern] &&
-          (gaussian || wanted(block.pattern))) {
-        pattern.numbers = AlignedArray(pattern.groups.size() * group_numbers);
-        run_(Stage::table, dimension_, lawOf(block.body), makeView(block, bodies[body]), {}, {}, {});
-      }
-    }
+  std::size_t n_all = 0;
+  for (const BondPattern& pattern : patterns_) n_all += pattern.groups.size() * group_numbers;
+  const bool keep_all =
+      tables == Tables::all ||
+      (tables == Tables::automatic && n_all * sizeof(double) <= quarterOfMemory());
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < patterns_.size(); ++k) {
+    const Influence& influence = influences_[static_cast<std::size_t>(pattern_bodies_[k])];
+    const bool slow = influence.numbers().beta > 0;  // a Gaussian
+    const bool kept = keep_all || slow || shared[k];
+    first_number_.push_back(kept ? n : no_table);
+    if (kept) n += patterns_[k].groups.size() * group_numbers;
+  }
+  numbers_ = AlignedArray(n);
+  for (const auto* blocks : {&whole_, &pieces_})
+    for (const Block& block : *blocks)
+      if (block.body == pattern_bodies_[block.pattern] && first_number_[block.pattern] != no_table)
+        run_(Stage::table, dimension_, lawOf(block.body),
+             makeView(block, bodies[static_cast<std::size_t>(block.body)]), {}, {}, {});
 }
 
 LawView PeridynamicForce::lawOf(Index body) const {
@@ -188,6 +214,8 @@ LawView PeridynamicForce::lawOf(Index body) const {
 BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
   BondPattern& pattern = patterns_[block.pattern];
   Exchange& exchange = exchanges_[static_cast<std::size_t>(body.id)];
+  const std::size_t first = first_number_[block.pattern];
+  double* const table = first == no_table ? nullptr : numbers_.data() + first;
   const Real volume_unit = std::pow(body.horizon, dimension_);
   // Force density in the model over that in the frame.
   const Real force_unit =
@@ -201,7 +229,7 @@ BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
       pattern.halo_places.data(),
       pattern.tiles.data(),
       pattern.groups.data(),
-      pattern.numbers.size() > 0 ? pattern.numbers.data() : nullptr,
+      table,
       intact_.data() + block.first_group,
       {pattern.z_ref[0].data(), pattern.z_ref[1].data(), pattern.z_ref[2].data()},
       pattern.volume.data(),
@@ -220,7 +248,10 @@ BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
        exchange.theta.data(),
        pattern.first_place},
       influences_[static_cast<std::size_t>(body.id)].numbers(),
-      {}};
+      {},
+      false,
+      {},
+      0};
   const Real h = body.mesh_size / body.horizon;
   view.reference = {(1 - h / 2) / (1 - fuzzy_tolerance), (1 - h / 2) / h, 1 / h};
   for (int d = 0; d < 3; ++d)
@@ -247,11 +278,20 @@ void PeridynamicForce::prepareScratch(int threads) {
 }
 
 void PeridynamicForce::runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
-                                const Vec3& body_force, Scratch& scratch) {
+                                const Vec3& body_force, Scratch& scratch, const Particle* next) {
   const NodeArrays nodes{state.u.front().data(), state.f.front().data(), state.theta.data(),
                          state.damage_z.data()};
   BlockView view = block.view;
   for (int d = 0; d < 3; ++d) view.body_force[d] = body_force[d];
+  view.write_theta = dilatation_known_;
+  if (next != nullptr) {
+    const auto start = static_cast<std::size_t>(next->start);
+    view.next[0] = state.f[start].data();
+    view.next[1] = state.v[start].data();
+    view.next[2] = state.u[start].data();
+    view.next[3] = state.x[start].data();
+    view.next_lines = static_cast<std::size_t>(next->nodes()) * sizeof(Vec3) / 64;
+  }
   run_(stage, dimension_, lawOf(block.body), view, nodes, scratch.view(), {clearFlag, bonds});
 }
 
@@ -272,16 +312,20 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
   const auto n_ranges = static_cast<std::ptrdiff_t>(other_nodes_.size());
   const auto n_whole = static_cast<std::ptrdiff_t>(whole_.size());
   const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
+  // Bodies that follow each other, so that a thread can fetch its next one early; few enough that no
+  // thread ends with a long share.
+  const std::ptrdiff_t bodies_at_a_time =
+      std::clamp<std::ptrdiff_t>(n_whole / (32 * threads), 1, 8);
   Kick kicked;
 #pragma omp parallel num_threads(threads) if (intact_.size() > groups_worth_threads)
   {
     Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
     Kick own;
-    const auto runBlock = [&](Stage stage, const Block& block) {
+    const auto runBlock = [&](Stage stage, const Block& block, const Particle* next = nullptr) {
       const Particle& body = bodies[static_cast<std::size_t>(block.body)];
       if (motion != nullptr && stage == Stage::whole)
         own.merge(move(*motion, state, body, body.start, body.stop));
-      runStage(stage, block, state, &bonds, body.density * gravity, scratch);
+      runStage(stage, block, state, &bonds, body.density * gravity, scratch, next);
     };
 #pragma omp for schedule(static)
     for (std::ptrdiff_t k = 0; k < n_ranges; ++k) {
@@ -295,9 +339,14 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
 #pragma omp for schedule(static) nowait
     for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
       runBlock(Stage::place, pieces_[static_cast<std::size_t>(k)]);
-#pragma omp for schedule(dynamic, 1)
-    for (std::ptrdiff_t k = 0; k < n_whole; ++k)
-      runBlock(Stage::whole, whole_[static_cast<std::size_t>(k)]);
+#pragma omp for schedule(dynamic, bodies_at_a_time)
+    for (std::ptrdiff_t k = 0; k < n_whole; ++k) {
+      const auto block = static_cast<std::size_t>(k);
+      const Particle* next =
+          block + 1 < whole_.size() ? &bodies[static_cast<std::size_t>(whole_[block + 1].body)]
+                                    : nullptr;
+      runBlock(Stage::whole, whole_[block], next);
+    }
 #pragma omp for schedule(dynamic, 1)
     for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
       runBlock(Stage::dilatation, pieces_[static_cast<std::size_t>(k)]);
@@ -307,6 +356,7 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
 #pragma omp critical(peridem_kick)
     kicked.merge(own);
   }
+  dilatation_known_ = true;
   return kicked;
 }
 
@@ -328,6 +378,11 @@ void PeridynamicForce::computeDamage(State& state, int threads) {
 #pragma omp parallel num_threads(threads) if (intact_.size() > groups_worth_threads)
   {
     Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
+    const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
+#pragma omp for schedule(static)
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
+      runStage(Stage::place, pieces_[static_cast<std::size_t>(k)], state, nullptr, Vec3::Zero(),
+               scratch);
 #pragma omp for schedule(dynamic, 1)
     for (std::ptrdiff_t k = 0; k < n; ++k) {
       const auto index = static_cast<std::size_t>(k);
@@ -338,6 +393,7 @@ void PeridynamicForce::computeDamage(State& state, int threads) {
 }
 
 void PeridynamicForce::importFlags(const BondTable& bonds, const std::vector<Particle>& bodies) {
+  const bool all_intact = std::find(bonds.intact.begin(), bonds.intact.end(), 0) == bonds.intact.end();
   for (const auto* blocks : {&whole_, &pieces_})
     for (const Block& block : *blocks) {
       const BondPattern& pattern = patterns_[block.pattern];
@@ -346,6 +402,10 @@ void PeridynamicForce::importFlags(const BondTable& bonds, const std::vector<Par
         for (std::size_t g = tile.begin; g < tile.end; ++g) {
           const BondGroup group = pattern.groups[g];
           unsigned bits = 0;
+          if (all_intact) {
+            intact_[block.first_group + g] = group.exists;
+            continue;
+          }
           for (unsigned lane = 0; lane < lanes; ++lane) {
             if (!((group.exists >> lane) & 1u)) continue;
             const Index i = start + pattern.nodes[tile.tile + lane];
@@ -358,7 +418,7 @@ void PeridynamicForce::importFlags(const BondTable& bonds, const std::vector<Par
 }
 
 std::size_t PeridynamicForce::bytes() const {
-  std::size_t sum = intact_.size();
+  std::size_t sum = intact_.size() + numbers_.size() * sizeof(double);
   for (const BondPattern& pattern : patterns_) sum += pattern.bytes();
   for (const Exchange& exchange : exchanges_) sum += 4 * exchange.theta.size() * sizeof(double);
   return sum;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,11 +17,13 @@
 namespace peridem {
 
 // Which patterns keep a table of their bonds. The forces are the same to the last bit.
-enum class Tables { where_faster, all, few };  // few: only where the numbers take long to compute
+// Few: only where bodies share them or the numbers take long to compute. Automatic: all of them if
+// they take less than a quarter of the machine's memory; computing takes up to a quarter longer.
+enum class Tables { automatic, all, few };
 
 // Nodes per block of a body that is cut into pieces, and the largest body that is not.
 struct BlockSizes {
-  Tables tables = Tables::where_faster;
+  Tables tables = Tables::automatic;
   Index piece = 2048;
   Index whole = 1500;
 };
@@ -34,7 +37,7 @@ class PeridynamicForce {
   // `influences[body]`: influence function of each body.
   PeridynamicForce(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
                    const std::vector<Influence>& influences, int dimension, Compatibility mode,
-                   const BlockSizes& sizes = {});
+                   const BlockSizes& sizes = {}, int threads = 1);
 
   // Break test of state-based bonds, dilatation theta, then f = internal force density (none in
   // bodies that never move) + rho g. Flags of bonds that break are cleared in the table.
@@ -45,8 +48,8 @@ class PeridynamicForce {
   Kick moveAndCompute(const KickAndDrift& motion, State& state, BondTable& bonds,
                       const std::vector<Particle>& bodies, const Vec3& gravity, int threads);
 
-  // Damage Z at the current state, and theta of the last compute(). They do not act back on the
-  // forces from there, so that it is enough to write them when someone looks.
+  // Damage Z at the current state, and theta of the last compute() if there was one. They do not
+  // act back on the forces from there, so that it is enough to write them when someone looks.
   void computeDamage(State& state, int threads);
 
   // Takes over the flags of the table, after they have been set from outside.
@@ -56,6 +59,7 @@ class PeridynamicForce {
   const std::string& instructionSet() const { return instruction_set_; }
 
  private:
+  static constexpr std::size_t no_table = std::numeric_limits<std::size_t>::max();
   class Scratch;
   // Over the places of all pieces of a body; see BondPattern::halo_places.
   struct Exchange {
@@ -74,8 +78,10 @@ class PeridynamicForce {
     Index begin, end;
     Index body;
   };
-  void addBody(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
-               const Particle& body, const BlockSizes& sizes);
+  void addWholeBodies(const State& state, const BondTable& bonds,
+                      const std::vector<Particle>& bodies, Index largest, int threads);
+  void addPieces(const State& state, const BondTable& bonds, const Particle& body,
+                 Index nodes_of_piece, int threads);
   BlockView makeView(const Block& block, const Particle& body);
   Kick run(const KickAndDrift* motion, State& state, BondTable& bonds,
            const std::vector<Particle>& bodies, const Vec3& gravity, int threads);
@@ -84,7 +90,7 @@ class PeridynamicForce {
             Index end) const;
   void prepareScratch(int threads);
   void runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
-                const Vec3& body_force, Scratch& scratch);
+                const Vec3& body_force, Scratch& scratch, const Particle* next = nullptr);
 
   int dimension_ = 2;
   std::string instruction_set_;
@@ -96,6 +102,9 @@ class PeridynamicForce {
   std::vector<Law> laws_;              // of each body, in its frame
   std::vector<NodeRange> other_nodes_;
   std::vector<BondPattern> patterns_;
+  // Tables: group_numbers for each group, weights with V_i V_j. One array, as large ones stream.
+  AlignedArray numbers_;
+  std::vector<std::size_t> first_number_;  // of each pattern; no_table
   std::vector<Index> pattern_bodies_;  // the first body that has the pattern
   std::vector<Block> whole_;      // blocks that are whole bodies, largest first
   std::vector<Block> pieces_;     // blocks of partitioned bodies
@@ -103,6 +112,7 @@ class PeridynamicForce {
   std::vector<LaneBits> intact_;  // of the groups of all blocks
   std::vector<std::unique_ptr<Scratch>> scratch_;  // one per thread
   bool state_based_stage_ = true;                  // see the constructor
+  bool dilatation_known_ = false;                  // of partitioned bodies, by a compute()
 };
 
 }  // namespace peridem

@@ -19,6 +19,12 @@ PERIDEM_INLINE void prefetchNode(const BlockView& block, const double* vectors, 
   __builtin_prefetch(vectors + 3 * node, static_cast<int>(access));
 }
 
+// One line for every group: a body has more groups than its arrays have lines.
+PERIDEM_INLINE void prefetchNextBody(const BlockView& block, std::size_t g) {
+  const std::size_t line = g / 4;
+  if (line < block.next_lines) __builtin_prefetch(block.next[g % 4] + lanes * line, 1);
+}
+
 // y = z_ref + Q^T (u - u_c) / eps of the own nodes: a rigid translation leaves it unchanged to the
 // last digit.
 template <int Dim>
@@ -335,6 +341,7 @@ std::size_t dilatationPass(const Lps& law, const BlockView& shared, const NodeAr
         return ScalarTile<Dim, table>{tile, {places, tile}, {block, tile}, {}};
       },
       [&](ScalarTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
+        prefetchNextBody(block, g);
         const Deformed<Dim> bond(tile.positions, places, i);
         const auto [r, J] = ReferenceBond<Lps>(block, tile.reference, i, g);
         const Lanes e = bond.length - r;
@@ -446,6 +453,7 @@ void bondBasedForcePass(const Law& law, const BlockView& shared, const NodeArray
         return ForceTile<Dim, table>{tile, {places, tile}, {block, tile}, {}, {}, {}};
       },
       [&](ForceTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
+        prefetchNextBody(block, g);
         const Deformed<Dim> deformed(tile.positions, places, i);
         const ReferenceBond<Law> reference(block, tile.reference, i, g);
         Lanes elongation, stretch, inverse, direction[Dim];
@@ -555,7 +563,7 @@ void runLaw(Stage stage, const Law& law, bool active, const BlockView& block,
   fetchPositions<Dim>(block, nodes, work);
   if (stage == Stage::damage) {
     damagePass<Dim, table>(law, block, nodes, work);
-    if (Law::state_based && block.pieces.theta != nullptr)
+    if (Law::state_based && block.pieces.theta != nullptr && block.write_theta)
       storeDilatations(block, nodes, block.pieces.theta + block.pieces.first);
   } else if constexpr (Law::state_based)
     runStateBased<Dim, table>(stage, law, active, block, nodes, work, listener);
@@ -585,21 +593,16 @@ void runBlock(Stage stage, int dimension, const LawView& law, const BlockView& b
   runWith(stage, law, block, nodes, work, listener);
 }
 
-// Eight nodes at a time: three times eight components, those of directions that do not move with
-// factors 0.
+// Eight nodes at a time: three times eight components, of which those of directions that do not
+// move stay as they are.
 NodeSpeed moveNodes(const NodeMotion& motion, const MovingArrays& shared) {
   const MovingArrays nodes = shared;
-  Lanes k_by_rho[3], dt[3];
-  for (int part = 0; part < 3; ++part) {
-    alignas(64) double k_values[lanes], dt_values[lanes];
-    for (int lane = 0; lane < lanes; ++lane) {
-      const bool moves = (lanes * part + lane) % 3 < motion.dimension;
-      k_values[lane] = moves ? motion.k_by_rho : 0;
-      dt_values[lane] = moves ? motion.dt : 0;
-    }
-    k_by_rho[part] = load(k_values);
-    dt[part] = load(dt_values);
-  }
+  LaneBits moves[3] = {};
+  for (int k = 0; k < 3 * lanes; ++k)
+    if (k % 3 < motion.dimension)
+      moves[k / lanes] = static_cast<LaneBits>(moves[k / lanes] | 1u << (k % lanes));
+  const Lanes k_by_rho = broadcast(motion.k_by_rho);
+  const Lanes dt = broadcast(motion.dt);
   const Lanes limit = broadcast(motion.speed_limit);
   Lanes fastest;
   unsigned within = all_lanes;
@@ -608,10 +611,12 @@ NodeSpeed moveNodes(const NodeMotion& motion, const MovingArrays& shared) {
   for (; i + 3 * lanes <= end; i += 3 * lanes)
     for (int part = 0; part < 3; ++part) {
       const std::size_t at = i + static_cast<std::size_t>(lanes * part);
-      const Lanes v = loadUnaligned(nodes.v + at) + k_by_rho[part] * loadUnaligned(nodes.f + at);
-      const Lanes way = dt[part] * v;
-      within &= greaterBits(limit, magnitude(v));
-      fastest = larger(fastest, magnitude(v));
+      const Lanes kick = keepProduct(moves[part], k_by_rho, loadUnaligned(nodes.f + at));
+      const Lanes v = loadUnaligned(nodes.v + at) + kick;
+      const Lanes speed = keep(moves[part], magnitude(v));
+      within &= greaterBits(limit, speed);
+      fastest = larger(fastest, speed);
+      const Lanes way = keepProduct(moves[part], dt, v);
       storeUnaligned(nodes.v + at, v);
       storeUnaligned(nodes.u + at, loadUnaligned(nodes.u + at) + way);
       storeUnaligned(nodes.x + at, loadUnaligned(nodes.x + at) + way);

@@ -52,6 +52,10 @@ struct BlockView {
   PieceArrays pieces;
   InfluenceNumbers influence;
   BondReference reference;
+  bool write_theta;  // of a piece, when Z is
+  // Arrays that the thread will need for its next body: asked for while it is busy with this one.
+  const double* next[4];
+  std::size_t next_lines;  // of 64 bytes, in each
 };
 
 // Arrays over the nodes of the model; vectors have three components per node.

@@ -53,8 +53,8 @@ class StiffnessBound {
   Real at(Index i, const BondLaw& law, const std::vector<NodeTerm>&) const {
     Real sum = 0;
     forEachBond(i, [&](Index, Real r, Real w) {
-      const Real small = 1e-8 * r;  // slope of the force at e = 0
-      sum += 2 * w * law.force(r, small) / small;
+      const Real s = 1e-8, e = s * r;  // slope of the force at e = 0; w lacks what weight(1) has
+      sum += 2 * w * law.weight(1.0, 1 / r) * law.force(e, s) / e;
     });
     return sum;
   }

@@ -12,17 +12,17 @@ endif()
 set(levels
   "real errors lanes"
   "types"
-  "fuzzy deck state node_sums neighbors cell_grid simd"
+  "fuzzy deck state node_sums neighbors cell_grid simd laws/influence"
   "laws/lps laws/pmb laws/rnp laws/contact influence mesh integrator"
   "material contact_pair peridynamic_kernel"
   "particle instruction_set"
   "bonds external"
   "partition contact_search bond_block bond_energy fragments"
   "contact peridynamic"
-  "contact_damping contact_network stability energy"
+  "contact_damping contact_network stability energy memory"
   "model model_diagnostics")
 set(foreign "pybind11/|Python\\.h|yaml|vtk|[Hh]5|iostream|cstdio|stdio\\.h|fstream|filesystem")
-set(laws_may_include "real fuzzy lanes laws/lps laws/pmb laws/rnp laws/contact")
+set(laws_may_include "real fuzzy lanes laws/influence laws/lps laws/pmb laws/rnp laws/contact")
 
 set(level 0)
 foreach(names IN LISTS levels)

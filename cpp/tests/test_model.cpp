@@ -420,6 +420,38 @@ TEST_CASE("stable time step: of a pair of nodes it is the limit of the pair's os
   CHECK(amplitude(1.01 * limit) > 1e-6);
 }
 
+TEST_CASE("stable time step: of a pair with a bond law it parts bounded from growing motion") {
+  // r = 1/4, so that lengths and their inverses differ. For a pair the bound is exact; thresholds
+  // as in the test before.
+  for (const auto type :
+       {MaterialType::pmb_bond, MaterialType::pd_elastic_bond, MaterialType::rnp_bond}) {
+    CAPTURE(static_cast<int>(type));
+    Mesh mesh;
+    mesh.points = {{0, 0, 0}, {0.25, 0, 0}};
+    mesh.volumes = {1, 1};
+    ModelDeck deck = oneBody(mesh, material(type, 2));
+    deck.time_scheme = TimeScheme::velocity_verlet;
+    deck.time_steps = 40;
+    DEMModel probe(deck, 1);
+    probe.init();
+    const Real limit = probe.stableTimeStep().bonds;
+    const auto amplitude = [&](Real dt) {
+      deck.final_time = 40 * dt;
+      DEMModel model(deck, 1);
+      model.init();
+      setDisplacement(model.state(), 1, Vec3(1e-9, 0, 0));
+      Real largest = 0;
+      model.run([&] {
+        largest = std::max(largest, std::abs(model.state().u[1][0] - model.state().u[0][0]));
+        return false;
+      });
+      return largest;
+    };
+    CHECK(amplitude(0.99 * limit) < 1.01e-9);
+    CHECK(amplitude(1.01 * limit) > 1e-6);
+  }
+}
+
 TEST_CASE(
     "stable time step: that of contact is the smallest over all pairs of bodies that may touch") {
   // Three zones, the last of them walls; one body in two never moves. In turn each zone is left

@@ -52,6 +52,25 @@ def test_two_particles_rebound_less_with_damping(tmp_path: Path) -> None:
     assert (tmp_path / "two_particles.png").stat().st_size > 10_000
 
 
+def test_shapes_meshes_and_draws_every_shape(tmp_path: Path) -> None:
+    picture = tmp_path / "shapes.png"
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / "shapes.py", "--output", picture],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    rows = [line.split() for line in done.stdout.splitlines()]
+    assert [row[0] for row in rows if row[0] in ("Circle", "Polyhedron")] == [
+        "Circle",
+        "Polyhedron",
+    ]
+    # No two nodes come nearer than the edges that the mesher collapses.
+    assert all(float(row[3]) > 0.25 for row in rows)
+    assert picture.stat().st_size > 10_000
+
+
 def test_examples_stay_short() -> None:
     for example in EXAMPLES.glob("*.py"):
         assert len(example.read_text().splitlines()) <= 80, example.name

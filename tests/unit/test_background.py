@@ -13,7 +13,7 @@ import pytest
 from helpers import DeckFolder, box_mesh, single_deck
 from peridem import DEMModel, InputError, NumericalError, output
 from peridem.background import BackgroundWriter, Job
-from peridem.checkpoint import read_checkpoint
+from peridem.checkpoint import CheckpointWriter, read_checkpoint
 from peridem.output import read_pvd, read_vtu
 from peridem.recorder import Recorder
 
@@ -184,9 +184,7 @@ def test_checkpoint_taken_at_a_step_is_of_that_step(deck: Path, tmp_path: Path) 
     model = DEMModel.from_deck(deck, threads=1)
     model.step(10)
     known = {name: np.array(getattr(model.state, name)) for name in ("x", "u", "v", "f", "theta")}
-    writer = model._open_checkpoints(tmp_path, None)
-    assert writer is not None
-    write = writer.take(model)
+    write = CheckpointWriter(tmp_path, model, None).take(model)
     model.step(7)
     saved = read_checkpoint(write())
     assert (saved.step, saved.path.name) == (10, "checkpoint_10.h5")
