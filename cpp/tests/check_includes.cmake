@@ -20,7 +20,8 @@ set(levels
   "partition contact_search bond_block bond_energy fragments"
   "contact peridynamic"
   "contact_damping contact_network stability energy memory"
-  "model model_diagnostics")
+  "model"
+  "model_diagnostics")
 set(foreign "pybind11/|Python\\.h|yaml|vtk|[Hh]5|iostream|cstdio|stdio\\.h|fstream|filesystem")
 set(laws_may_include "real fuzzy lanes laws/influence laws/lps laws/pmb laws/rnp laws/contact")
 

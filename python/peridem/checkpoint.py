@@ -376,7 +376,7 @@ class _Contents:
 def _contents(model: DEMModel, identity: dict[str, Any], inputs: dict[str, str]) -> _Contents:
     intact = model.bonds.intact
     spring_nodes, spring_elongations = model.friction_springs()
-    return _Contents(
+    contents = _Contents(
         attributes={
             "/": {
                 **identity,
@@ -394,6 +394,11 @@ def _contents(model: DEMModel, identity: dict[str, Any], inputs: dict[str, str])
             "friction/elongations": spring_elongations,
         },
     )
+    if model.track_energy:
+        contents.attributes["energy"] = model._core.energy_flows()
+        forces = zip(_ENERGY_FORCES, model._core.energy_forces(), strict=True)
+        contents.arrays.update({f"energy/{name}": force for name, force in forces})
+    return contents
 
 
 def _pack(contents: _Contents) -> bytearray:
