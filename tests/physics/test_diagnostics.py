@@ -143,7 +143,7 @@ def relax(model: pd.DEMModel, steps: int) -> None:
     """Take energy out until the model rests."""
 
     def calm(model: pd.DEMModel) -> None:
-        model.state.v[...] *= 0.9
+        model.state.v[...] *= 0.93
 
     model.run(steps=steps, callback=calm, callback_every=5)
 
@@ -152,7 +152,7 @@ def relax(model: pd.DEMModel, steps: int) -> None:
 def test_stress_in_a_stretched_bar_is_force_by_section(law: str) -> None:
     bond = pd.PMBBond(density=1200, young_modulus=3e7, fracture_energy=1e9, horizon=6e-4)
     material = TOUGH if law == "state" else bond
-    length, height, pull = 3e-3, 1e-3, 1e3  # strains of 1e-4, so that the shape stays
+    length, height, pull = 3e-3, 1e-3, 10.0  # a strain of 3e-4: the shape stays
     model = pd.DEMModel(threads=1, dt=1e-7 if law == "state" else 2e-8)
     bar = model.add_particle(Block((length, height)), material=material, mesh_size=2e-4)
     model.init()
@@ -162,7 +162,7 @@ def test_stress_in_a_stretched_bar_is_force_by_section(law: str) -> None:
     bar = model.add_particle(Block((length, height)), material=material, mesh_size=2e-4)
     density = np.zeros((len(x), 2))
     for nodes, sign in zip(ends, (-1, 1), strict=True):
-        density[nodes, 0] = sign * pull / volume[nodes].sum()
+        density[nodes, 0] = sign * pull / (nodes.sum() * volume[nodes])  # alike on all: no couple
     model.apply_force(bar, density=lambda t: density)
     relax(model, 4000)
     # The mean over the bar is exact at rest: V sigma = sum of F x = pull length (Bagi 1996).
@@ -171,11 +171,12 @@ def test_stress_in_a_stretched_bar_is_force_by_section(law: str) -> None:
     assert mean[0, 0] == pytest.approx(expected, rel=1e-3)
     assert abs(mean[1, 1]) < 1e-3 * expected
     assert abs(mean[0, 1]) < 1e-3 * expected
-    # In the middle third, away from the ends: force by section, as far as nodes fill the box.
+    # In the middle third, away from the ends: force by section. Which nodes are in the box is
+    # a matter of 5 % of its nodes (5 columns of 6, moved by 15 % of their distance).
     box = ((-5e-4, -height), (5e-4, height))
     area = float(volume[(x >= -5e-4) & (x < 5e-4)].sum())
     middle = diagnostics.bulk_stress(model, box, volume=area)
-    assert middle[0, 0] == pytest.approx(expected, rel=0.02)
+    assert middle[0, 0] == pytest.approx(expected, rel=0.05)
     row = pd.recorders.stress(box, volume=area)(model)
     assert row["xx"] == pytest.approx(middle[0, 0], rel=1e-12)
     assert row["pressure"] == pytest.approx(-(middle[0, 0] + middle[1, 1]) / 2, rel=1e-12)
@@ -186,9 +187,9 @@ def test_stress_of_two_discs_pressed_together() -> None:
     gap = 0.9 * 0.95 * SIZE
     push = 1e5
     for x, sign in ((-1e-3 - gap / 2, 1), (1e-3 + gap / 2, -1)):
-        disc = model.add_particle(Disc(), material=TOUGH, mesh_size=SIZE, at=(x, 0))
+        disc = model.add_particle(Disc(jiggle=0), material=TOUGH, mesh_size=SIZE, at=(x, 0))
         model.apply_force(disc, density=(sign * push, 0))
-    relax(model, 6000)
+    relax(model, 10000)
     network = diagnostics.contact_network(model)
     total = push * model.particle(0).volume
     np.testing.assert_allclose(network.force, [[-total, 0, 0]], rtol=1e-3, atol=1e-3 * total)
@@ -240,7 +241,7 @@ def test_wrong_regions_are_refused() -> None:
     model = two_discs()
     with pytest.raises(pd.InputError, match="region"):
         diagnostics.bulk_stress(model, ((0, 0), (0, 1)))
-    with pytest.raises(pd.InputError, match="volume = -1.0: must be positive"):
+    with pytest.raises(pd.InputError, match=r"volume = -1\.0: must be positive"):
         diagnostics.bulk_stress(model, volume=-1)
     with pytest.raises(pd.InputError, match="min_nodes = 0"):
         diagnostics.fragments(model, min_nodes=0)
