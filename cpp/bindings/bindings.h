@@ -7,7 +7,7 @@
 
 #include <vector>
 
-#include "peridem/types.h"
+#include "peridem/model.h"
 
 namespace py = pybind11;
 
@@ -38,5 +38,6 @@ std::vector<Vec3> toPoints(const PointArray& array, const char* name);
 
 void bindDeck(py::module_& module);
 void bindModel(py::module_& module);
+void bindDiagnostics(py::class_<DEMModel>& model);
 
 }  // namespace peridem::bindings

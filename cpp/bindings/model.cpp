@@ -198,8 +198,9 @@ void bindModel(py::module_& m) {
   bindParticle(m);
   m.def("memory_costs", &memoryCosts);
   using Release = py::call_guard<py::gil_scoped_release>;
-  py::class_<DEMModel>(m, "DEMModel")
-      .def(py::init<ModelDeck, int>(), py::arg("deck"), py::arg("threads"), Release())
+  py::class_<DEMModel> bound(m, "DEMModel");
+  bindDiagnostics(bound);
+  bound.def(py::init<ModelDeck, int>(), py::arg("deck"), py::arg("threads"), Release())
       .def("add_displacement_set", &DEMModel::addDisplacementSet)
       .def("add_force_set", &DEMModel::addForceSet)
       .def("add_initial_velocity", &DEMModel::addInitialVelocity)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "contact_pair.h"
 #include "errors.h"
 #include "fuzzy.h"
 #include "mesh.h"
@@ -158,32 +159,22 @@ void ContactForce::setSlips(const std::vector<SlipRecord>& records) {
 }
 
 void ContactForce::compute(const State& state, const std::vector<Particle>& bodies, Real slip_time,
-                           std::vector<Vec3>& f, int threads) {
-  addNodeForces(state, bodies, slip_time, f, threads);
+                           std::vector<Vec3>& f, int threads, ContactParts* parts) {
+  if (parts == nullptr)
+    addNodeForces<false>(state, bodies, slip_time, f, threads, nullptr);
+  else
+    addNodeForces<true>(state, bodies, slip_time, f, threads, parts);
   if (!any_damping_) return;
-  if (any_wall_) addWallDamping(state, bodies, f, threads);
-  addCenterDamping(state, bodies, f);
+  if (any_wall_) addWallDamping(state, bodies, f, threads, parts);
+  addCenterDamping(state, bodies, f, parts);
 }
 
-namespace {
-
-// Spring of the friction with history: stretched by the slip, turned into the tangential plane,
-// cut back to the Coulomb limit. Returns the force density on i.
-Vec3 springFriction(const ContactLaw& law, const Vec3& e_n, const Vec3& slip_velocity, Real normal,
-                    Real volume, Real slip_time, Vec3& elongation) {
-  elongation += slip_time * slip_velocity;
-  elongation -= elongation.dot(e_n) * e_n;
-  elongation *= law.slipCap(elongation.norm(), normal, volume);
-  return law.kt * volume * elongation;
-}
-
-}  // namespace
-
-// (17) F = Kn (|x_j - x_i| - Rc) V_j <= 0,   f_i += F e_n
-// (20) f_i -= mu F e_t, e_t the direction of the slip w - (w . e_n) e_n of w = v_j - v_i
-// (22) f_i += beta w . e_n / V_i e_n while the nodes approach (option)      Jha et al. 2021
+// The forces of contact_pair.h, summed over the nodes in contact with node i; with `split` those of
+// friction and damping also into their own arrays.
+template <bool split>
 void ContactForce::addNodeForces(const State& state, const std::vector<Particle>& bodies,
-                                 Real slip_time, std::vector<Vec3>& f, int threads) {
+                                 Real slip_time, std::vector<Vec3>& f, int threads,
+                                 ContactParts* parts) {
   const auto& nodes = search_.nodes();
   const auto& candidates = search_.candidates();
   const auto body_of = [&](std::size_t i) -> const Particle& {
@@ -206,24 +197,16 @@ void ContactForce::addNodeForces(const State& state, const std::vector<Particle>
         if (any_history_ && slip_time > 0) slips_[k].setZero();
         continue;
       }
-      const Vec3 e_n = dx / distance;
-      const Real normal = law.normalForce(distance, state.volume[j]);
-      sum += normal * e_n;
+      Vec3 elongation = any_history_ ? slips_[k] : Vec3::Zero();
+      const PairForces pair = pairForces(law, state, i, j, dx, distance, slip_time, elongation);
+      sum += pair.normal;
       if (law.friction == 0 && !law.node_damping) continue;
-      const Vec3 w = state.v[j] - state.v[i];
-      const Real approach = w.dot(e_n);
-      const Vec3 slip = w - approach * e_n;
-      if (law.friction_history) {
-        Vec3 elongation = slips_[k];
-        sum += springFriction(law, e_n, slip, normal, state.volume[j], slip_time, elongation);
-        if (slip_time > 0) slips_[k] = elongation;  // else a look at the forces, not a step
-      } else if (const Real speed = slip.norm(); speed > 0) {
-        sum += (law.friction * normal / speed) * slip;
-      }
-      if (law.node_damping && approach < 0) {
-        const Real mass_i = state.density[i] * state.volume[i];
-        const Real mass_j = state.density[j] * state.volume[j];
-        sum += law.damping(harmonicMean(mass_i, mass_j)) * approach / state.volume[i] * e_n;
+      sum += pair.friction;
+      sum += pair.damping;
+      if (law.friction_history && slip_time > 0) slips_[k] = elongation;  // else a look, not a step
+      if constexpr (split) {
+        parts->friction[i] += pair.friction;
+        parts->damping[i] += pair.damping;
       }
     }
     f[i] += sum;

@@ -22,6 +22,34 @@ struct SlipRecord {
   Vec3 elongation = Vec3::Zero();
 };
 
+// Force densities of friction and of all dampers on every node.
+struct ContactParts {
+  std::vector<Vec3> friction, damping;
+};
+
+// What two nodes i < j in contact do to each other: forces [N] on i, those on j are opposite.
+struct NodeContact {
+  Index i = 0;
+  Index j = 0;
+  Vec3 normal = Vec3::Zero();
+  Vec3 friction = Vec3::Zero();
+  Vec3 damping = Vec3::Zero();
+};
+
+// Damping between two bodies that acts on their nodes all alike: forces [N] on either of them.
+struct BodyDamping {
+  Index p = 0;
+  Index q = 0;
+  Vec3 on_p = Vec3::Zero();
+  Vec3 on_q = Vec3::Zero();
+};
+
+// Energies [J] of the springs between nodes in contact.
+struct ContactEnergy {
+  Real normal = 0;
+  Real tangential = 0;  // of the friction with history
+};
+
 class ContactForce {
  public:
   ContactForce() = default;
@@ -32,9 +60,17 @@ class ContactForce {
                     int threads);
 
   // Adds the contact forces to f (a force density per node). Springs of the friction with history
-  // stretch by the slip during `slip_time`; 0 leaves them as they are.
+  // stretch by the slip during `slip_time`; 0 leaves them as they are. `parts`, if given, are added
+  // to as well.
   void compute(const State& state, const std::vector<Particle>& bodies, Real slip_time,
-               std::vector<Vec3>& f, int threads);
+               std::vector<Vec3>& f, int threads, ContactParts* parts = nullptr);
+
+  // The contacts of the current state, in the order of nodes and bodies (contact_network.cpp).
+  std::vector<NodeContact> nodeContacts(const State& state,
+                                        const std::vector<Particle>& bodies) const;
+  std::vector<BodyDamping> bodyDampings(const State& state,
+                                        const std::vector<Particle>& bodies) const;
+  ContactEnergy energy(const State& state, const std::vector<Particle>& bodies) const;
 
   // Pairs of nodes i < j closer than their contact radius.
   std::vector<std::pair<Index, Index>> touching(const State& state,
@@ -63,14 +99,23 @@ class ContactForce {
   };
 
   bool takesContactForce(const State& state, const Particle& body, std::size_t node) const;
+  template <bool split>
   void addNodeForces(const State& state, const std::vector<Particle>& bodies, Real slip_time,
-                     std::vector<Vec3>& f, int threads);
+                     std::vector<Vec3>& f, int threads, ContactParts* parts);
+  // visit(i, j, k, law, dx, distance) for every candidate k, node j, in contact with node i.
+  template <class Visit>
+  void forEachContact(const State& state, const std::vector<Particle>& bodies, Visit visit) const;
+  // visit(p, q) for every two particles that damp each other.
+  template <class Visit>
+  void forEachDampedPair(const State& state, const std::vector<Particle>& bodies,
+                         Visit visit) const;
   void addCenterDamping(const State& state, const std::vector<Particle>& bodies,
-                        std::vector<Vec3>& f) const;
-  void dampPair(const State& state, const Particle& p, const Particle& q,
-                std::vector<Vec3>& f) const;
+                        std::vector<Vec3>& f, ContactParts* parts) const;
+  // Force densities on either body; zero when they part.
+  std::pair<Vec3, Vec3> centerDamping(const State& state, const Particle& p,
+                                      const Particle& q) const;
   void addWallDamping(const State& state, const std::vector<Particle>& bodies, std::vector<Vec3>& f,
-                      int threads);
+                      int threads, ContactParts* parts);
   void dampAgainstWalls(const State& state, const std::vector<Particle>& bodies,
                         const Particle& body, std::vector<WallDamping>& found) const;
   bool nodesTouch(const State& state, const std::vector<Particle>& bodies, const Particle& p,

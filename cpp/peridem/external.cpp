@@ -67,13 +67,7 @@ void evaluateFunctions(std::span<ForceSet> sets, Real t) {
   for (ForceSet& set : sets) evaluate(set.density, set.nodes.size(), t);
 }
 
-void addExternalForces(State& state, const Vec3& gravity, std::span<const ForceSet> sets, Real t,
-                       int threads) {
-  if (gravity != Vec3::Zero()) {
-    const std::size_t n = state.size();
-#pragma omp parallel for num_threads(threads) schedule(static) if (n > nodes_worth_threads)
-    for (std::size_t i = 0; i < n; ++i) state.f[i] += state.density[i] * gravity;
-  }
+void addForceSets(std::vector<Vec3>& f, std::span<const ForceSet> sets, Real t) {
   for (const ForceSet& set : sets) {
     const bool outside = set.density.isGiven();
     const Vec3 factor = Vec3::Constant(outside ? 0 : forceTimeFactor(set.time_function, t));
@@ -81,9 +75,19 @@ void addExternalForces(State& state, const Vec3& gravity, std::span<const ForceS
       const Vec3& value = outside ? set.density.values[k] : factor;
       for (int d = 0; d < 3; ++d)
         if (hasDirection(set.directions, d))
-          state.f[static_cast<std::size_t>(set.nodes[k])][d] += set.amplitude[k] * value[d];
+          f[static_cast<std::size_t>(set.nodes[k])][d] += set.amplitude[k] * value[d];
     }
   }
+}
+
+void addExternalForces(State& state, const Vec3& gravity, std::span<const ForceSet> sets, Real t,
+                       int threads) {
+  if (gravity != Vec3::Zero()) {
+    const std::size_t n = state.size();
+#pragma omp parallel for num_threads(threads) schedule(static) if (n > nodes_worth_threads)
+    for (std::size_t i = 0; i < n; ++i) state.f[i] += state.density[i] * gravity;
+  }
+  addForceSets(state.f, sets, t);
 }
 
 namespace {

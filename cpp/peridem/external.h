@@ -17,6 +17,9 @@ void evaluateFunctions(std::span<ForceSet> sets, Real t);
 // Factor in time of a force set, without the amplitude.
 Real forceTimeFactor(const TimeFunction& function, Real t);
 
+// Adds the force sets to a force density per node.
+void addForceSets(std::vector<Vec3>& f, std::span<const ForceSet> sets, Real t);
+
 // Adds rho g on every node and the force sets.
 void addExternalForces(State& state, const Vec3& gravity, std::span<const ForceSet> sets, Real t,
                        int threads);

@@ -190,6 +190,7 @@ void DEMModel::start() {
   computeForces();
   computeDamage();
   started_ = true;
+  if (tracks_energy_) beginEnergy();
 }
 
 void DEMModel::run(const StepObserver& observer) {
@@ -218,10 +219,12 @@ void DEMModel::step() {
 
 void DEMModel::advance() {
   evaluateLoads(time_ + timeStep());  // may throw: nothing of the step has happened yet
+  if (tracks_energy_) energy_.beforeStep(energyScene());
   if (deck_.time_scheme == TimeScheme::velocity_verlet)
     integrateVerlet();
   else
     integrateCD();
+  if (tracks_energy_) energy_.afterStep(energyScene());
 }
 
 // v += k f / rho, u += dt v, x += dt v, t += dt, the prescribed motion, then the forces. The bodies
@@ -278,7 +281,8 @@ void DEMModel::computeContactForces(Real slip_time) {
     contact_.updateSearch(state_, bonds_, particles_, threads_);
   }
   const Stopwatch watch(timings_.contact);
-  contact_.compute(state_, particles_, slip_time, state_.f, threads_);
+  ContactParts* parts = tracks_energy_ && slip_time > 0 ? &energy_.contactParts() : nullptr;
+  contact_.compute(state_, particles_, slip_time, state_.f, threads_, parts);
 }
 
 std::vector<Vec3> DEMModel::contactForces() {
@@ -287,13 +291,6 @@ std::vector<Vec3> DEMModel::contactForces() {
   std::vector<Vec3> f(state_.size(), Vec3::Zero());
   contact_.compute(state_, particles_, 0, f, threads_);
   return f;
-}
-
-std::vector<std::pair<Index, Index>> DEMModel::touchingNodes() {
-  init();
-  contact_.noteAnyTravel();  // the arrays may have been written since the last look
-  contact_.updateSearch(state_, bonds_, particles_, threads_);
-  return contact_.touching(state_, particles_);
 }
 
 void DEMModel::computeDamage() {
@@ -337,6 +334,7 @@ void DEMModel::restore(Offset n, Real time, const std::vector<SlipRecord>& slips
   n_ = n;
   time_ = time;
   started_ = true;
+  if (tracks_energy_) beginEnergy();
 }
 
 void DEMModel::computeExternalForces() {

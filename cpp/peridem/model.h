@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "bonds.h"
 #include "contact.h"
 #include "deck.h"
+#include "energy.h"
 #include "external.h"
 #include "particle.h"
 #include "peridynamic.h"
@@ -84,6 +86,19 @@ class DEMModel {
   // Pairs of nodes i < j of different bodies in contact at the current state.
   std::vector<std::pair<Index, Index>> touchingNodes();
 
+  // What touches at the current state, and with which forces.
+  std::vector<NodeContact> nodeContacts();
+  std::vector<BodyDamping> bodyDampings();
+
+  // Energies of the current state, and what has flowed in and out of them since trackEnergy(true):
+  // every step takes notes of it from then on, from the first forces on if none are there yet.
+  void trackEnergy(bool on);
+  bool tracksEnergy() const { return tracks_energy_; }
+  Energies energies();
+  const EnergyTracker& energyTracker() const { return energy_; }
+  void restoreEnergy(const EnergyFlows& flows, EnergyTracker::Forces forces);
+  std::vector<Eigen::Matrix3d> bondVirials();  // see bond_energy.h
+
   // Damage Z of the current state into the state; it is renewed whenever integrate() returns.
   void computeDamage();
 
@@ -117,6 +132,9 @@ class DEMModel {
   void integrateVerlet();
   void moveAndComputeForces(Real k, Real dt);
   void addForceSets();
+  EnergyScene energyScene() const;
+  void beginEnergy();
+  void lookAtContacts();
   void placeBody(const BodyDeck& body, Index id, const std::vector<Real>& mesh_volumes);
   void lockDirections();
   void evaluateLoads(Real t);
@@ -136,6 +154,8 @@ class DEMModel {
   std::vector<InitialVelocity> initial_velocities_;
   std::vector<std::uint8_t> locked_;         // bit d set: direction d of the node is not integrated
   std::vector<std::uint8_t> locked_bodies_;  // 1: some node of the body is
+  EnergyTracker energy_;
+  bool tracks_energy_ = false;
   Timings timings_;
   Real speed_limit_ = 0;  // |v| beyond which the run has diverged
   Real time_ = 0;

@@ -12,16 +12,17 @@ endif()
 set(levels
   "real errors lanes"
   "types"
-  "fuzzy deck state neighbors cell_grid simd laws/influence"
+  "fuzzy deck state node_sums neighbors cell_grid simd laws/influence"
   "laws/lps laws/pmb laws/rnp laws/contact influence mesh integrator"
-  "material peridynamic_kernel"
+  "material contact_pair peridynamic_kernel"
   "particle instruction_set"
   "bonds external"
-  "partition bond_block"
+  "partition bond_block bond_energy fragments"
   "contact_search"
   "contact peridynamic"
-  "contact_damping stability memory"
-  "model")
+  "contact_damping contact_network stability energy memory"
+  "model"
+  "model_diagnostics")
 set(foreign "pybind11/|Python\\.h|yaml|vtk|[Hh]5|iostream|cstdio|stdio\\.h|fstream|filesystem")
 set(laws_may_include "real fuzzy lanes laws/influence laws/lps laws/pmb laws/rnp laws/contact")
 

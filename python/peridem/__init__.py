@@ -81,6 +81,7 @@ __all__ = [
     "Surface",
     "Triangle",
     "__version__",
+    "diagnostics",
     "mesh_quality",
     "packing",
     "read_deck",

@@ -3,7 +3,7 @@
 The first 512 bytes, HDF5's user block, hold two lines of text: the schema and the SHA-256 of
 schema and contents. They are checked before HDF5 opens the file, so that a file cut short or
 with a single wrong bit is recognised. The rest is plain HDF5: attributes, and the groups
-``nodes``, ``bonds``, ``friction`` and ``inputs``.
+``nodes``, ``bonds``, ``friction``, ``inputs`` and, when it is tracked, ``energy``.
 """
 
 from __future__ import annotations
@@ -58,6 +58,25 @@ class DamagedCheckpointError(InputError):
 
 
 @dataclass(frozen=True)
+class EnergyAccounts:
+    """What the energy balance of a run needs to go on.
+
+    Attributes
+    ----------
+    flows : dict of str to float
+        Works and dissipations so far, and what there was at the beginning [J].
+    forces : tuple of ndarray, shape (n_nodes, 3)
+        Force densities of friction, dampers and force sets at the last evaluation [N/m^3].
+    """
+
+    flows: dict[str, float]
+    forces: tuple[NDArray[np.float64], ...]
+
+
+_ENERGY_FORCES = ("friction", "damping", "sets")
+
+
+@dataclass(frozen=True)
 class Checkpoint:
     """The contents of a checkpoint.
 
@@ -97,6 +116,8 @@ class Checkpoint:
         Node pairs whose tangential springs (friction with history) are stretched.
     spring_elongations : ndarray, shape (k, 3)
         Elongations [m] of these springs.
+    energy : EnergyAccounts or None
+        Accounts of a run with `DEMModel.track_energy`.
     """
 
     path: Path
@@ -117,6 +138,7 @@ class Checkpoint:
     bonds_sha256: str
     spring_nodes: NDArray[np.int32]
     spring_elongations: NDArray[np.float64]
+    energy: EnergyAccounts | None
 
 
 class CheckpointWriter:
@@ -354,7 +376,7 @@ class _Contents:
 def _contents(model: DEMModel, identity: dict[str, Any], inputs: dict[str, str]) -> _Contents:
     intact = model.bonds.intact
     spring_nodes, spring_elongations = model.friction_springs()
-    return _Contents(
+    contents = _Contents(
         attributes={
             "/": {
                 **identity,
@@ -372,6 +394,11 @@ def _contents(model: DEMModel, identity: dict[str, Any], inputs: dict[str, str])
             "friction/elongations": spring_elongations,
         },
     )
+    if model.track_energy:
+        contents.attributes["energy"] = model._core.energy_flows()
+        forces = zip(_ENERGY_FORCES, model._core.energy_forces(), strict=True)
+        contents.arrays.update({f"energy/{name}": force for name, force in forces})
+    return contents
 
 
 def _pack(contents: _Contents) -> bytearray:
@@ -416,6 +443,17 @@ def _unpack(path: Path, file: Any) -> Checkpoint:
         bonds_sha256=str(attributes["bonds_sha256"]),
         spring_nodes=file["friction/nodes"][:],
         spring_elongations=file["friction/elongations"][:],
+        energy=_unpack_energy(file),
+    )
+
+
+def _unpack_energy(file: Any) -> EnergyAccounts | None:
+    if "energy" not in file:
+        return None
+    accounts = file["energy"]
+    return EnergyAccounts(
+        {name: float(value) for name, value in accounts.attrs.items()},
+        tuple(accounts[name][:] for name in _ENERGY_FORCES),
     )
 
 

@@ -70,6 +70,7 @@ def drive(model: DEMModel, job: Job) -> None:
         checkpoints = _open_checkpoints(model, job)
         recorder = stack.enter_context(_open_recorder(model, job.output))
         stack.enter_context(model.background)
+        job.series.begin(model)
         model.start()
         stack.enter_context(job.series)
         _observe(model, recorder, job)

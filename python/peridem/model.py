@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .background import BackgroundWriter
 from .build import build_model
-from .checkpoint import newest_checkpoint
+from .checkpoint import EnergyAccounts, newest_checkpoint
 from .deck import read_deck
 from .diagnostics import check_finite
 from .driving import PROGRESS_SECONDS, Job, Observer, drive
@@ -250,6 +250,11 @@ class DEMModel(StagedModel):
         """
         self._core.restore(n, time, nodes, elongations)
 
+    def restore_energy(self, accounts: EnergyAccounts) -> None:
+        """Go on with the energy accounts of a checkpoint."""
+        self._tracks_energy = True
+        self._core.restore_energy(accounts.flows, *accounts.forces)
+
     def start(self) -> None:
         """Apply the initial velocity and compute the forces at t = 0; done once."""
         self.init()
@@ -393,7 +398,8 @@ class DEMModel(StagedModel):
             checkpoints = interval_in_steps("checkpoint_every", checkpoint_every, dt)
         calls = in_steps("callback_every", callback_every, interval)
         drive(self, Job(last, folder, callback, calls, progress, checkpoints, series))
-        return Result(self.summary(), folder, series)
+        self._note_warnings(series.warnings(self))
+        return Result({**self.summary(), "warnings": list(self.warnings)}, folder, series)
 
     # For the loop of a run.
 

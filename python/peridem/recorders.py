@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
+from . import diagnostics
 from .errors import InputError
 from .modelling.arguments import did_you_mean
 
@@ -28,13 +29,18 @@ if TYPE_CHECKING:
 __all__ = [
     "Recorder",
     "contacts",
+    "coordination",
     "damage",
+    "energy",
+    "fragments",
     "kinetic_energy",
     "momentum",
     "names",
+    "network",
     "position",
     "reaction",
     "register",
+    "stress",
     "velocity",
 ]
 
@@ -212,3 +218,126 @@ def contacts(*, every: float | None = None) -> Recorder:
         return {"bodies": len(np.unique(ids, axis=0)), "nodes": len(pairs)}
 
     return _Of(measure, "contacts", every)
+
+
+class _Energy(_Of):
+    """The recorder of `energy`: it has the core keep the accounts, and looks at them at the end."""
+
+    def begin(self, model: DEMModel) -> None:
+        """Before the first step of the run."""
+        model.track_energy = True
+
+    def warnings(self, model: DEMModel) -> list[str]:
+        """After its last step."""
+        return diagnostics.energy_warnings(diagnostics.energies(model))
+
+
+@register("energy")
+def energy(*, every: float | None = None) -> Recorder:
+    """Record all energies, works and dissipations [J], their input and the residual.
+
+    See `peridem.diagnostics.energies`. The run keeps accounts from its first step on (or from
+    where the recording begins); where they tell that the run is unphysical, it gets a warning.
+    """
+    return _Energy(diagnostics.energies, "energy", every)
+
+
+@register("fragments")
+def fragments(
+    bodies: Any = None, *, every: float | None = None, name: str | None = None
+) -> Recorder:
+    """Record the number and masses [kg] of the fragments of bodies, all but walls by default.
+
+    Columns: ``count``, ``single`` (fragments of one node), ``largest`` and ``mean`` mass, and
+    ``mass`` of all; arguments as in `reaction`. For the fragments themselves see
+    `peridem.diagnostics.fragments`.
+    """
+
+    def measure(model: DEMModel) -> dict[str, float]:
+        found = diagnostics.fragments(model, bodies)
+        masses = found.masses
+        return {
+            "count": len(found),
+            "single": int((found.nodes == 1).sum()),
+            "largest": float(masses.max(initial=0.0)),
+            "mean": float(masses.mean()) if len(found) else 0.0,
+            "mass": float(masses.sum()),
+        }
+
+    label = "fragments" if bodies is None else f"fragments_{_named(bodies)}"
+    return _Of(measure, name or label, every)
+
+
+@register("coordination")
+def coordination(*, every: float | None = None) -> Recorder:
+    """Record how many bodies touch a particle: the mean, and that without rattlers.
+
+    Rattlers are particles with less than two contacts; ``rattlers`` is their part.
+    """
+
+    def measure(model: DEMModel) -> dict[str, float]:
+        network = diagnostics.contact_network(model)
+        found = network.coordination()[~network.is_wall]
+        firm = found[found >= 2]
+        return {
+            "mean": float(found.mean()) if len(found) else 0.0,
+            "without_rattlers": float(firm.mean()) if len(firm) else 0.0,
+            "rattlers": 1 - len(firm) / max(len(found), 1),
+        }
+
+    return _Of(measure, "coordination", every)
+
+
+@register("network")
+def network(*, every: float | None = None) -> Recorder:
+    """Record the contact network: pairs of bodies, their normal forces [N], force chains.
+
+    ``pairs`` touch, ``mean`` and ``largest`` normal force, ``strong`` part of the pairs with more
+    than the mean, ``chains`` of at least three bodies, ``longest`` number of pairs in one.
+    """
+
+    def measure(model: DEMModel) -> dict[str, float]:
+        found = diagnostics.contact_network(model)
+        force = found.normal_force[found.contacts > 0]
+        chain = found.chains()
+        mean = float(force.mean()) if len(force) else 0.0
+        return {
+            "pairs": len(force),
+            "mean": mean,
+            "largest": float(force.max(initial=0.0)),
+            "strong": float((force > mean).mean()) if len(force) else 0.0,
+            "chains": int(chain.max(initial=-1)) + 1,
+            "longest": int(np.bincount(chain[chain >= 0]).max(initial=0)),
+        }
+
+    return _Of(measure, "network", every)
+
+
+@register("stress")
+def stress(
+    region: Sequence[Sequence[float]] | None = None,
+    *,
+    volume: float | None = None,
+    every: float | None = None,
+    name: str | None = None,
+) -> Recorder:
+    """Record the bulk stress of all bodies but walls, or of a region: xx, yy, ... and pressure.
+
+    In Pa, tension positive; arguments as in `peridem.diagnostics.bulk_stress`.
+    """
+
+    def measure(model: DEMModel) -> dict[str, float]:
+        found = diagnostics.bulk_stress(model, region, volume=volume)
+        parts = ("xx", "yy", "xy") if model.dimension == 2 else ("xx", "yy", "zz", "xy", "xz", "yz")
+        values = {
+            part: 0.5
+            * float(
+                found["xyz".index(part[0]), "xyz".index(part[1])]
+                + found["xyz".index(part[1]), "xyz".index(part[0])]
+            )
+            for part in parts
+        }
+        d = model.dimension
+        return {**values, "pressure": -float(np.trace(found[:d, :d])) / d}
+
+    return _Of(measure, name or "stress", every)

@@ -88,6 +88,8 @@ def restore(model: DEMModel, checkpoint: Checkpoint, *, changed_deck: bool = Fal
     model.set_intact(checkpoint.intact)
     springs = checkpoint.spring_nodes, checkpoint.spring_elongations
     model.mark_started(checkpoint.step, checkpoint.time, *springs)
+    if checkpoint.energy is not None:
+        model.restore_energy(checkpoint.energy)
 
 
 def _new_interval_had_set_in(model: DEMModel, checkpoint: Checkpoint) -> bool:

@@ -128,6 +128,18 @@ class SeriesRecorder:
         """Numbers of steps at whose multiples `sample` has to be called."""
         return [table.every for table in self.tables]
 
+    def begin(self, model: DEMModel) -> None:
+        """Let recorders that have a ``begin(model)`` prepare the model, before the first step."""
+        for table in self.tables:
+            prepare = getattr(table.recorder, "begin", None)
+            if callable(prepare):
+                prepare(model)
+
+    def warnings(self, model: DEMModel) -> list[str]:
+        """Collect what recorders that have a ``warnings(model)`` say after the last step."""
+        checks = (getattr(table.recorder, "warnings", None) for table in self.tables)
+        return [text for check in checks if callable(check) for text in check(model)]
+
     def sample(self, model: DEMModel) -> None:
         """Call the recorders that are due."""
         for table in self.tables:

@@ -82,10 +82,18 @@ class StagedModel(InteractionBuilder, ModelView):
         self._stable_time_step = None
         self._restarts = False
         self._goes_on = False
+        self._tracks_energy = False
+
+    def _note_warnings(self, texts: Sequence[str]) -> None:
+        """Add warnings of a run, in place of those of the same kind of an earlier part of it."""
+        kinds = {text.partition(" ")[0] for text in texts}
+        self.warnings = [one for one in self.warnings if one.partition(" ")[0] not in kinds]
+        self.warnings += texts
 
     def _take(self, deck: Deck, built: BuiltModel) -> None:
         self._deck, self._built = deck, built
         self._core_bodies = built.core.particles  # a new list of all bodies with every look
+        built.core.track_energy = self._tracks_energy
         self.warnings += built.warnings
         self.notes += deck.notes
         if not self.scripted or self.compatibility == "original":
@@ -116,6 +124,22 @@ class StagedModel(InteractionBuilder, ModelView):
             say = self._composition.words.say
             self.warnings = [say(text) for text in self.warnings]
             self.notes = [say(text) for text in self.notes]
+
+    @property
+    def track_energy(self) -> bool:
+        """Whether every step keeps accounts of works and dissipations; see `diagnostics.energies`.
+
+        Off at first, where it costs nothing; ``record=["energy"]`` switches it on. Accounts begin
+        with the first forces, or at the present state of a model that has started, and anew when
+        switched off and on. They go into checkpoints and go on from them.
+        """
+        return self._tracks_energy if self._built is None else bool(self._core.track_energy)
+
+    @track_energy.setter
+    def track_energy(self, on: bool) -> None:
+        self._tracks_energy = bool(on)
+        if self._built is not None:
+            self._core.track_energy = bool(on)
 
     @property
     def scripted(self) -> bool:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .errors import InputError, NumericalError
-from .files import cannot_write, make_folder, replace_file
+from ..errors import InputError, NumericalError
+from ..files import cannot_write, make_folder, replace_file
 
 if TYPE_CHECKING:
-    from .model import DEMModel
+    from ..model import DEMModel
 
 __all__ = ["StopCriterion", "TestWriter", "check_finite", "compressive_row", "two_particle_row"]
 
