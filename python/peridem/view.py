@@ -250,6 +250,12 @@ class ModelView:
             return [one for part in which for one in self.ids_of(part)]
         return [int(self._body(which).id)]
 
+    def body_names(self) -> dict[int, str]:
+        """Names of the bodies that have one, by their ids; those of a deck have none."""
+        self._bodies  # noqa: B018  # builds the model
+        named = ((name, body) for name, body in self._names.items() if isinstance(body, Body))
+        return {body.id: name for name, body in named}
+
     def nodes_of(self, which: Any) -> NDArray[np.int64]:
         """Nodes of bodies, ascending; `which` as in `ids_of`."""
         self.init()
