@@ -73,9 +73,14 @@ def read_bodies(path: Path) -> list[BodyRow]:
         with path.open(newline="", encoding="utf-8") as stream:
             return [
                 BodyRow(
-                    int(row["id"]), row["name"], row["kind"], int(row["zone"]),
-                    int(row["start"]), int(row["stop"]), row["constrained"] == "1",
-                )  # fmt: skip
+                    int(row["id"]),
+                    row["name"],
+                    row["kind"],
+                    int(row["zone"]),
+                    int(row["start"]),
+                    int(row["stop"]),
+                    row["constrained"] == "1",
+                )
                 for row in csv.DictReader(stream)
             ]
     except (OSError, ValueError, KeyError, TypeError, csv.Error):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,9 @@ from .mesh import Mesh
 from .modelling.arguments import did_you_mean
 from .modelling.bodies import Bodies, Body
 from .particle import Particle, StableTimeStep
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
 
@@ -261,6 +266,39 @@ class ModelView:
         self.init()
         parts = [self._bodies[k] for k in sorted(set(self.ids_of(which)))]
         return np.concatenate([np.arange(part.start, part.stop) for part in parts])
+
+    def render(
+        self, field: Any = None, path: str | os.PathLike[str] | None = None, **options: Any
+    ) -> Path | Figure:
+        """Draw the present state.
+
+        Parameters
+        ----------
+        field : str, ndarray or callable, optional
+            What the colours show; damage when left out.
+        path : path-like, optional
+            File to write; without it the figure is handed back.
+        **options
+            As in `peridem.plot.render`.
+
+        Returns
+        -------
+        Path or Figure
+
+        Raises
+        ------
+        InputError
+            As `peridem.plot.render` says.
+        """
+        from .plot import render
+
+        return render(self, field, None if path is None else Path(path), **options)
+
+    def _repr_html_(self) -> str:
+        """Table of the bodies and a small picture, for notebooks."""
+        from .plot.notebook import model_html
+
+        return model_html(self)
 
     def summary(self) -> dict[str, Any]:
         """Facts about the run so far: steps, time, nodes, bonds, broken bonds, memory."""

@@ -146,7 +146,13 @@ def draw_chains(axes: Axes, snapshot: Snapshot, scene: Scene, chains: Chains) ->
     per_thickness = "/m" if scene.camera is None else ""
     size, unit = prefix([largest], f"N{per_thickness}")
     marks = [
-        Line2D([], [], color=ink, linewidth=THICKEST * part, label=f"{largest * part / size:.3g} {unit}")
+        Line2D(
+            [],
+            [],
+            color=ink,
+            linewidth=THICKEST * part,
+            label=f"{largest * part / size:.3g} {unit}",
+        )
         for part in (1.0, 0.5)
     ]
     legend = axes.legend(

@@ -217,7 +217,7 @@ def _measure(values: FloatArray, measure: str, is_strain: bool) -> FloatArray:
 
 
 def value_range(field: Field, values: FloatArray) -> tuple[float, float] | None:
-    """Ends of a colour scale for some values; None where none is finite.
+    """Return the ends of a colour scale for some values; None where none is finite.
 
     A few values far from all others (a fragment that flies off) do not use up the scale: then it
     ends at the quantiles 0.002 and 0.998, and the colour bar has an arrow there.

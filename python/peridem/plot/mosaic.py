@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-class Mosaic(Collection):  # type: ignore[misc]  # matplotlib is taken as untyped
+class Mosaic(Collection):
     """Triangles in one colour each, in the order in which they are given.
 
     Parameters
@@ -41,8 +41,12 @@ class Mosaic(Collection):  # type: ignore[misc]  # matplotlib is taken as untype
         """Return the box of the triangles, in data coordinates."""
         corners = self.triangles.reshape(-1, 2)
         to_data = self.get_transform() - transData
-        return Bbox.null() if not len(corners) else Bbox.from_extents(
-            *to_data.transform(corners).min(axis=0), *to_data.transform(corners).max(axis=0)
+        return (
+            Bbox.null()
+            if not len(corners)
+            else Bbox.from_extents(
+                *to_data.transform(corners).min(axis=0), *to_data.transform(corners).max(axis=0)
+            )
         )
 
     @allow_rasterization  # type: ignore[untyped-decorator]
@@ -55,7 +59,8 @@ class Mosaic(Collection):  # type: ignore[misc]  # matplotlib is taken as untype
         colours = np.broadcast_to(to_rgba_array(self.get_facecolor()), (count, 4))
         corners = self.get_transform().transform(self.triangles.reshape(-1, 2))
         gc = renderer.new_gc()
-        self._set_gc_clip(gc)
+        artist: Any = self  # whose clipping matplotlib's types do not know
+        artist._set_gc_clip(gc)
         renderer.draw_gouraud_triangles(
             gc,
             corners.reshape(-1, 3, 2),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
+import itertools
 import os
 import pickle
 import shutil
@@ -32,7 +33,7 @@ __all__ = ["MOVIES", "FrameJob", "draw_frames", "frame_images", "write_movie"]
 MOVIES = (".gif", ".mp4")
 Image = NDArray[np.uint8]
 
-_WORTH_SECONDS = 6.0
+_WORTH_SECONDS = 12.0
 """Time [s] that the rest of the frames takes at least before processes are started for them."""
 _GIF_COLOURS = 255
 
@@ -78,7 +79,8 @@ class _Page:
         moving = [one for one in self.axes.get_children() if id(one) not in self._kept]
         for artist in sorted(moving, key=lambda one: float(one.get_zorder())):
             self.axes.draw_artist(artist)
-        self.axes.draw_artist(self.axes._left_title)
+        any_axes: Any = self.axes
+        any_axes.draw_artist(any_axes._left_title)
         picture = np.asarray(canvas.buffer_rgba())[..., :3]
         height, width = picture.shape[:2]
         # Films have even sides.
@@ -101,17 +103,23 @@ def draw_frames(job: FrameJob) -> Iterator[Image]:
 def frame_images(job: FrameJob, workers: int | None) -> Iterator[Image]:
     """Draw frames, by several processes when that is faster.
 
-    The first frame shows how long one takes.
+    The second frame shows how long one takes.
     """
-    start = clock.perf_counter()
-    first = next(draw_frames(job.part(job.frames[:1])))
-    seconds = clock.perf_counter() - start
-    yield first
-    rest = job.frames[1:]
+    if workers == 1:
+        yield from draw_frames(job)
+        return
+    page = _Page(job)
+    seconds = 0.0
+    for frame in job.frames[:2]:
+        start = clock.perf_counter()
+        yield page.draw(job.outputs.snapshot(frame, job.scene.field))
+        seconds = clock.perf_counter() - start
+    rest = job.frames[2:]
     count = len(os.sched_getaffinity(0)) if workers is None else workers
     count = min(count, len(rest))
     if count < 2 or (workers is None and seconds * len(rest) < _WORTH_SECONDS):
-        yield from draw_frames(job.part(rest))
+        for frame in rest:
+            yield page.draw(job.outputs.snapshot(frame, job.scene.field))
         return
     yield from _by_processes(job, rest, count)
 
@@ -119,9 +127,12 @@ def frame_images(job: FrameJob, workers: int | None) -> Iterator[Image]:
 def _by_processes(job: FrameJob, frames: Sequence[Frame], count: int) -> Iterator[Image]:
     """Draw frames in processes of their own, which import nothing of the caller's program."""
     ends = np.linspace(0, len(frames), count + 1).astype(int)
-    with tempfile.TemporaryDirectory(prefix="peridem-frames-") as folder, contextlib.ExitStack() as s:
+    with (
+        tempfile.TemporaryDirectory(prefix="peridem-frames-") as folder,
+        contextlib.ExitStack() as s,
+    ):
         parts = []
-        for k, (a, b) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
+        for k, (a, b) in enumerate(itertools.pairwise(ends)):
             paths = [Path(folder) / f"{number}.npy" for number in range(a, b)]
             task = Path(folder) / f"task{k}.pickle"
             task.write_bytes(pickle.dumps((job.part(frames[a:b]), paths)))
@@ -196,6 +207,9 @@ def _write_gif(path: Path, images: Iterator[Image], fps: float, shades: Image) -
     each = np.repeat(shades, rows, axis=0)[:, None]
     strip = np.repeat(each, first.shape[1], axis=1)
     palette = Pillow.fromarray(np.concatenate([first, strip])).quantize(_GIF_COLOURS)
+    # The background, which is most of the picture, to the last bit.
+    kept = (palette.getpalette() or [])[: 3 * _GIF_COLOURS]
+    palette.putpalette([*kept, *first[0, 0].tolist()])
 
     def reduced(picture: Image) -> Any:
         image = Pillow.fromarray(picture)

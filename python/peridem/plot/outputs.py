@@ -238,7 +238,7 @@ def _series_in(folder: Path, tag: str | None) -> Path:
 
 
 def _listed(series: Path, notes: list[str]) -> list[tuple[float, Path]]:
-    """Times and files of a series, from its PVD file or, without one, from the files."""
+    """Return times and files of a series, from its PVD file or, without one, from the files."""
     if series.is_file():
         try:
             pairs = read_pvd(series)
@@ -251,7 +251,7 @@ def _listed(series: Path, notes: list[str]) -> list[tuple[float, Path]]:
             if there:
                 return there
     pattern = re.compile(re.escape(series.stem) + r"_(\d+|last)\.vtu")
-    found = []
+    found: list[tuple[float, Path]] = []
     for path in sorted(series.parent.glob("*.vtu"), key=lambda one: (len(one.name), one.name)):
         if pattern.fullmatch(path.name):
             try:

@@ -56,7 +56,7 @@ def draw_cells(axes: Axes, snapshot: Snapshot, scene: Scene) -> None:
     triangles = plane[np.concatenate(grains)]
     mosaic = Mosaic(triangles, **_colouring(np.concatenate(numbers), scene))
     axes.add_collection(mosaic, autolim=False)
-    _outline(axes, plane, whole, scene, _line_colour(scene), 0.5)
+    _outline(axes, plane, whole, scene, colour=_line_colour(scene), width=0.5)
 
 
 def _colouring(values: FloatArray, scene: Scene) -> dict[str, Any]:
@@ -78,11 +78,13 @@ def _draw_walls(axes: Axes, plane: FloatArray, walls: list[Any], scene: Scene) -
     if look.walls != "outline":
         triangles = plane[np.concatenate([split(nodes) for nodes in walls])]
         axes.add_collection(Mosaic(triangles, look.wall_colour), autolim=False)
-    _outline(axes, plane, walls, scene, look.ink, 0.8 if look.walls == "outline" else 0.4)
+    _outline(
+        axes, plane, walls, scene, colour=look.ink, width=0.8 if look.walls == "outline" else 0.4
+    )
 
 
 def _outline(
-    axes: Axes, plane: FloatArray, cells: list[Any], scene: Scene, colour: str, width: float
+    axes: Axes, plane: FloatArray, cells: list[Any], scene: Scene, *, colour: str, width: float
 ) -> None:
     from matplotlib.collections import LineCollection
 
@@ -90,7 +92,9 @@ def _outline(
     # Thinner where bodies are small in the picture: many lines must not darken it.
     spacing = np.median(np.linalg.norm(np.diff(plane[edges], axis=1), axis=2)) if len(edges) else 1
     pixels = spacing / (float(np.diff(scene.box, axis=0).max()) * scene.length[0]) * 900
-    lines = LineCollection(plane[edges], colors=colour, linewidths=width * min(1.0, pixels / 4))
+    lines = LineCollection(
+        list(plane[edges]), colors=colour, linewidths=width * min(1.0, pixels / 4)
+    )
     lines.set(capstyle="round", in_layout=False)
     axes.add_collection(lines, autolim=False)
 
@@ -104,21 +108,33 @@ def draw_nodes(axes: Axes, snapshot: Snapshot, scene: Scene) -> None:
     if scene.look.walls != "hidden":
         wall = np.flatnonzero(~shown)
         colour = scene.look.wall_colour
-        axes.scatter(*plane[wall].T, s=sizes[wall], color=colour, linewidth=0, rasterized=True)
+        axes.scatter(
+            plane[wall, 0],
+            plane[wall, 1],
+            s=sizes[wall],
+            color=colour,
+            linewidth=0,
+            rasterized=True,
+        )
     # High values last, so that a crack is not hidden below sound neighbours.
     order = np.flatnonzero(shown)[np.argsort(values[shown], kind="stable")]
     options = _colouring(values[order], scene)
     colours = options.pop("colours", None)
     options["c"] = options.pop("array", None) if colours is None else colours
+    # A thin rim shows pale discs on a white page, where discs are large enough for one.
+    rim = 0.3 if len(order) and np.median(sizes[order]) > 6 else 0.0
     axes.scatter(
-        *plane[order].T, s=sizes[order], linewidth=0, plotnonfinite=True, rasterized=True, **options
-    )
+        plane[order, 0],
+        plane[order, 1], s=sizes[order], linewidth=rim, edgecolor=_line_colour(scene),
+        plotnonfinite=True, rasterized=True, **options,
+    )  # fmt: skip
 
 
 def _disc_areas(axes: Axes, snapshot: Snapshot, scene: Scene) -> FloatArray:
     """Areas of the discs [points^2], so that together they fill the bodies."""
     figure: Any = axes.figure
-    rows, columns = axes.get_subplotspec().get_gridspec().get_geometry() if axes.get_subplotspec() else (1, 1)  # noqa: E501
+    place = axes.get_subplotspec()
+    rows, columns = (1, 1) if place is None else place.get_gridspec().get_geometry()
     width, height = figure.get_size_inches() / (columns, rows)
     span = np.diff(scene.box, axis=0)[0]
     points_per_metre = 72 * 0.78 * min(width / span[0], height / span[1])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -180,11 +181,11 @@ class _Wish:
 
     def worded(self, field: Field) -> Field:
         """Give a field the caller's words."""
-        from dataclasses import replace
-
         if self.label is None and not self.unit:
             return field
-        return replace(field, label=self.label or field.label, unit=self.unit or field.unit)
+        return dataclasses.replace(
+            field, label=self.label or field.label, unit=self.unit or field.unit
+        )
 
 
 @dataclass
@@ -194,9 +195,9 @@ class _States:
     field: Field
     source: FieldLike
     outputs: Outputs | None = None
-    frames: list[Frame] = field(default_factory=list)
-    held: list[Snapshot] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    frames: list[Frame] = dataclasses.field(default_factory=list)
+    held: list[Snapshot] = dataclasses.field(default_factory=list)
+    notes: list[str] = dataclasses.field(default_factory=list)
 
     def __iter__(self) -> Iterator[Snapshot]:
         """Read the states; those that cannot be read are left out with a note."""
@@ -297,7 +298,9 @@ def _shades(scene: Scene) -> NDArray[np.uint8]:
     else:
         colours = np.asarray(scene.colours(np.linspace(0, 1, 64)))[:, :3]
     lights = (1.0,) if scene.camera is None else (1.0, 0.85, 0.7, 0.55)
-    return np.asarray((255 * np.concatenate([light * colours for light in lights])).round(), np.uint8)
+    return np.asarray(
+        (255 * np.concatenate([light * colours for light in lights])).round(), np.uint8
+    )
 
 
 def _target(path: Any) -> Path | None:
@@ -364,8 +367,8 @@ def _of_memory(snapshot: Snapshot, wish: _Wish) -> _States:
         chosen: Any = wish.field
         return _States(wish.worded(_own(wish)), chosen, held=[snapshot])
     usual = ("Damage_Z", "Damage", "Displacement", "Velocity", *snapshot.names)
-    name = wish.field or next((one for one in usual if one in snapshot.names), "")
-    words = wish.worded(find_field(str(name), snapshot.names))
+    name = str(wish.field or next((one for one in usual if one in snapshot.names), ""))
+    words = wish.worded(find_field(name, snapshot.names))
     return _States(words, words, held=[snapshot])
 
 
@@ -373,5 +376,3 @@ def _own(wish: _Wish) -> Field:
     """Words of an array or function of the caller's."""
     name = getattr(wish.field, "__name__", "")
     return Field("", "" if name == "<lambda>" else name.replace("_", " "), "")
-
-

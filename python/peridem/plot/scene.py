@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from .camera import Camera
 from .fields import Field, colour_scale, value_range
 from .look import Look
 from .snapshot import FieldLike, Snapshot
+from .torn import torn
 
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
@@ -79,10 +81,10 @@ class Survey:
     look: Look
     field: Field
     source: FieldLike
-    _boxes: list[FloatArray] = field(default_factory=list)
-    _ranges: list[tuple[float, float]] = field(default_factory=list)
-    _extremes: list[tuple[float, float]] = field(default_factory=list)
-    _times: list[float] = field(default_factory=list)
+    _boxes: list[FloatArray] = dataclasses.field(default_factory=list)
+    _ranges: list[tuple[float, float]] = dataclasses.field(default_factory=list)
+    _extremes: list[tuple[float, float]] = dataclasses.field(default_factory=list)
+    _times: list[float] = dataclasses.field(default_factory=list)
     _camera: Camera | None = None
 
     def add(self, snapshot: Snapshot) -> None:
@@ -105,11 +107,13 @@ class Survey:
             self._ranges.append(found)
 
     def _values(self, snapshot: Snapshot) -> FloatArray:
+        """Numbers that will be seen: not those of walls, nor of elements that are torn open."""
         chosen = shown_mask(snapshot, self.look)
-        if self.look.style != "nodes" and not snapshot.is_3d and snapshot.solids():
+        on_elements = isinstance(self.source, Field) and self.source.tag not in snapshot.fields
+        if snapshot.solids() and self.look.style != "nodes" and (on_elements or not snapshot.is_3d):
             groups = snapshot.cell_values(self.source)
             kept = [
-                values[chosen[nodes[:, 0]]]
+                values[chosen[nodes[:, 0]] & ~torn(snapshot, nodes)]
                 for values, (_, nodes) in zip(groups, snapshot.solids(), strict=True)
             ]
             values = np.concatenate([np.empty(0), *kept])

@@ -64,8 +64,7 @@ def new_sheet(scene: Scene, count: int = 1) -> tuple[Figure, list[Axes]]:
 
 def _inches(scene: Scene, rows: int, columns: int) -> tuple[float, float]:
     if scene.look.size is not None:
-        width, height = scene.look.size
-        return width / PIXELS_PER_INCH, height / PIXELS_PER_INCH
+        return scene.look.size[0] / PIXELS_PER_INCH, scene.look.size[1] / PIXELS_PER_INCH
     x, y = np.diff(scene.box, axis=0)[0]
     ratio = float(np.clip(y / x, 0.3, 2.0))
     side = _LONG_SIDE if rows * columns == 1 else min(4.0, 13.0 / max(rows, columns))
@@ -119,6 +118,7 @@ def draw_state(
 def colour_bar(figure: Figure, axes: Sequence[Axes], scene: Scene) -> None:
     """Draw the scale of the colours, with unit, beside the pictures."""
     from matplotlib.cm import ScalarMappable
+    from matplotlib.ticker import FuncFormatter
 
     if scene.field.kind == "labels" and scene.look.colours is None:
         _name_labels(axes[0], scene)
@@ -138,7 +138,7 @@ def colour_bar(figure: Figure, axes: Sequence[Axes], scene: Scene) -> None:
         texts = [f"{tick:g}" if tick != 1 else "1  bond\nbroken" for tick in dict.fromkeys(ticks)]
         bar.set_ticks(list(dict.fromkeys(ticks)), labels=texts)
     elif size != 1.0:
-        bar.formatter = lambda value, _: f"{value / size:.4g}"
+        bar.formatter = FuncFormatter(lambda value, _: f"{value / size:.4g}")
         bar.update_ticks()
 
 

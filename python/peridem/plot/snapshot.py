@@ -107,7 +107,9 @@ class Snapshot:
             if known.attribute
         }
         fields["Force"] = fields["Force_Density"] * fields["Nodal_Volume"][:, None]
-        fields["Damage"] = model.broken_fraction()
+        damage = model.broken_fraction()
+        n = len(state.x)  # before its bonds are found a model has none that could be broken
+        fields["Damage"] = damage if len(damage) == n else np.zeros(n)
         wall = _prescribed(state.particle_id, state.fixity, model.dimension == 3)
         for body in model.particles:
             wall[body.start : body.stop] |= body.type == "wall" or body.constrained
@@ -231,9 +233,10 @@ class Snapshot:
         """Return the state without its walls' nodes."""
         kept = ~self.wall
         number = np.cumsum(kept) - 1
-        cells, element_kept = [], [np.empty(0, dtype=bool)]
+        cells: list[tuple[str, Array]] = []
+        element_kept: list[Mask] = [np.empty(0, dtype=bool)]
         for name, nodes in self.cells:
-            inside = kept[nodes].all(axis=1)
+            inside = np.asarray(kept[nodes].all(axis=1), dtype=bool)
             cells.append((name, number[nodes[inside]]))
             if name in SOLID:
                 element_kept.append(inside)
@@ -280,5 +283,3 @@ def _prescribed(body: Array, fixity: Array, in_space: bool) -> Mask:
     directions = 0b111 if in_space else 0b011
     free = (np.asarray(fixity) & directions) != directions
     return np.asarray(~np.isin(body, np.unique(np.asarray(body)[free])))
-
-

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .camera import Camera, surface_of
-from .fields import label_colours
+from .fields import Field, label_colours
 from .look import nice
 from .mosaic import Mosaic
 from .scene import Scene, prefix, shown_mask
@@ -75,14 +75,9 @@ def faces_of(snapshot: Snapshot, scene: Scene) -> Faces:
     """Find the surface of a state and its colours."""
     surface = surface_of(snapshot)
     shown = shown_mask(snapshot, scene.look)[surface.faces[:, 0]]
-    if scene.source is not None and _on_elements(snapshot, scene):
-        tetra = [
-            values
-            for values, (name, _) in zip(
-                snapshot.cell_values(scene.source), snapshot.solids(), strict=True
-            )
-            if name == "tetra"
-        ]
+    if isinstance(scene.source, Field) and scene.source.tag not in snapshot.fields:
+        groups = zip(snapshot.cell_values(scene.source), snapshot.solids(), strict=True)
+        tetra = [values for values, (name, _) in groups if name == "tetra"]
         values = np.concatenate(tetra)[surface.owner]
     else:
         nodal = snapshot.values(scene.source)
@@ -98,16 +93,8 @@ def faces_of(snapshot: Snapshot, scene: Scene) -> Faces:
     return Faces(points, surface.faces[shown], walls, colours[shown])
 
 
-def _on_elements(snapshot: Snapshot, scene: Scene) -> bool:
-    return isinstance(scene.source, str) is False and getattr(
-        scene.source, "tag", None
-    ) in set(snapshot.element_fields) - set(snapshot.fields)
-
-
 def _paint(axes: Axes, faces: Faces, scene: Scene, camera: Camera) -> None:
     """Paint triangles from back to front, the farther ones covered by the nearer ones."""
-    from matplotlib.collections import PolyCollection
-
     plane = camera.project(faces.points) * scene.length[0]
     depth = faces.points @ camera.towards_viewer
     normals = _normals(faces.points, faces.grains)
@@ -117,19 +104,43 @@ def _paint(axes: Axes, faces: Faces, scene: Scene, camera: Camera) -> None:
     bright = np.clip(normals[order] @ (light / np.linalg.norm(light)), 0, 1)
     colours = faces.colours[order].copy()
     colours[:, :3] *= (AMBIENT + (1 - AMBIENT) * bright)[:, None]
-    behind = np.zeros(len(faces.walls), dtype=bool)
-    if len(faces.walls) and len(faces.grains):
-        middle = depth[faces.grains].mean()
-        behind = depth[faces.walls].mean(axis=1) < middle
-    for part, layer in ((behind, 1), (~behind, 3)):
-        # Not smoothed: between smoothed see-through triangles the seams would show.
-        walls = PolyCollection(
-            plane[faces.walls[part]], facecolors=scene.look.wall_colour, alpha=WALL_ALPHA,
-            antialiaseds=False, zorder=layer, rasterized=True,
-        )  # fmt: skip
-        axes.add_collection(walls, autolim=False)
+    _paint_walls(axes, plane, faces, scene, camera)
     mosaic = Mosaic(plane[faces.grains[order]], colours, zorder=2)
     axes.add_collection(mosaic, autolim=False)
+
+
+def _paint_walls(axes: Axes, plane: FloatArray, faces: Faces, scene: Scene, camera: Camera) -> None:
+    """Paint the far sides of walls below the grains, and the edges of all sides above them."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import to_rgb
+
+    if not len(faces.walls):
+        return
+    look = scene.look
+    far = faces.walls[_normals(faces.points, faces.walls) @ camera.towards_viewer < 0]
+    if look.walls != "outline":
+        wall, page = np.array(to_rgb(look.wall_colour)), np.array(to_rgb(look.background))
+        mixed = tuple(WALL_ALPHA * wall + (1 - WALL_ALPHA) * page)
+        axes.add_collection(Mosaic(plane[far], mixed, zorder=1), autolim=False)
+    edges = _sharp_edges(faces.points, faces.walls)
+    lines = LineCollection(list(plane[edges]), colors=look.ink, linewidths=0.5, alpha=0.6, zorder=3)
+    lines.set(capstyle="round", in_layout=False)
+    axes.add_collection(lines, autolim=False)
+
+
+def _sharp_edges(points: FloatArray, faces: IntArray) -> IntArray:
+    """Edges, shape (m, 2), between faces that meet at more than 30 degrees, or with one face."""
+    normals = _normals(points, faces)
+    sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    key = np.sort(sides, axis=1) @ np.array([len(points), 1])
+    order = np.argsort(key, kind="stable")
+    owner, key = order // 3, key[order]
+    same = key[:-1] == key[1:]
+    flat = np.zeros(len(key), dtype=bool)
+    cosine = (normals[owner[:-1]] * normals[owner[1:]]).sum(axis=1)
+    flat[:-1] |= same & (cosine > np.cos(np.pi / 6))
+    flat[1:] |= same & (cosine > np.cos(np.pi / 6))
+    return np.asarray(sides[order[~flat]])
 
 
 def _normals(points: FloatArray, faces: IntArray) -> FloatArray:
@@ -161,10 +172,10 @@ def _paint_nodes(axes: Axes, snapshot: Snapshot, scene: Scene) -> None:
     if volume is None:
         volume = np.full(len(points), 0.5 * np.ptp(points, axis=0).prod() / len(points))
     areas = np.maximum(1.3 * (np.cbrt(volume) * points_per_metre) ** 2, 0.3)
-    where = plane[order].T * scene.length[0]
-    rim = (0.0, 0.0, 0.0, 0.35)  # tells one disc from the next
+    x, y = plane[order].T * scene.length[0]
+    rims = np.where(shown[order, None], (0.0, 0.0, 0.0, 0.35), 0.0)  # tell disc from disc
     axes.scatter(
-        *where, s=areas[order], c=colours[order], linewidth=0.3, edgecolor=rim, rasterized=True
+        x, y, s=areas[order], c=colours[order], linewidth=0.3, edgecolor=rims, rasterized=True
     )
 
 
@@ -196,7 +207,12 @@ def _mark(axes: Axes, scene: Scene, camera: Camera) -> None:
     axes.plot(ends, [low * factor] * 2, linewidth=2.5, solid_capstyle="butt", **options)
     text: dict[str, Any] = {"color": ink, "fontsize": 9, "clip_on": False, "zorder": 5}
     axes.text(
-        float(ends.mean()), low * factor, f"{bar / size:g} {unit}\n", ha="center", va="center", **text
+        float(ends.mean()),
+        low * factor,
+        f"{bar / size:g} {unit}\n",
+        ha="center",
+        va="center",
+        **text,
     )
     origin = np.array([x0 + 0.07 * width, low])
     arm = 0.05 * width
@@ -206,5 +222,5 @@ def _mark(axes: Axes, scene: Scene, camera: Camera) -> None:
             continue  # it points at the viewer
         line = np.stack([origin, tip]) * factor
         axes.plot(*line.T, linewidth=1.2, **options)
-        where = (origin + 1.35 * (tip - origin)) * factor
-        axes.text(*where, name, ha="center", va="center", **text)
+        x, y = (origin + 1.35 * (tip - origin)) * factor
+        axes.text(x, y, name, ha="center", va="center", **text)

@@ -127,7 +127,9 @@ def _read(path: Path) -> pd.DataFrame:
         found = [path / name for name in ("series.csv", "series.parquet")]
         path = next((one for one in found if one.is_file()), found[0])
     if not path.is_file():
-        raise InputError(f"{path}: no such file; give the folder or file that a run has recorded to")
+        raise InputError(
+            f"{path}: no such file; give the folder or file that a run has recorded to"
+        )
     try:
         return pd.read_parquet(path) if path.suffix == ".parquet" else pd.read_csv(path)
     except (OSError, ValueError, ImportError) as error:
@@ -167,7 +169,9 @@ def _by_size(frame: pd.DataFrame, table: str, members: list[str]) -> list[tuple[
         return [(table, members)]
     middle = float(np.sqrt(max(real) * min(real)))
     small = [one for one, size in zip(members, sizes, strict=True) if size <= middle]
-    return [(_heading(table, part), part) for part in ([m for m in members if m not in small], small)]
+    return [
+        (_heading(table, part), part) for part in ([m for m in members if m not in small], small)
+    ]
 
 
 def _heading(table: str, members: list[str]) -> str:
@@ -195,7 +199,7 @@ def _draw(frame: pd.DataFrame, groups: Mapping[str, list[str]], look: Look) -> F
     times = frame.index.to_numpy(dtype=float)
     factor, unit = prefix(times[np.isfinite(times)].tolist(), "s")
     for k, (name, members) in enumerate(groups.items()):
-        _panel(panels[k], frame, times / factor, name, members, look)
+        _panel(panels[k], frame, times / factor, name=name, members=members, look=look)
         if k + columns >= count:
             panels[k].tick_params(labelbottom=True)
             panels[k].set_xlabel(f"t [{unit}]", color=look.ink)
@@ -205,7 +209,7 @@ def _draw(frame: pd.DataFrame, groups: Mapping[str, list[str]], look: Look) -> F
 
 
 def _panel(
-    axes: Axes, frame: pd.DataFrame, times: Any, name: str, members: list[str], look: Look
+    axes: Axes, frame: pd.DataFrame, times: Any, *, name: str, members: list[str], look: Look
 ) -> None:
     """Draw the columns of one table."""
     ink = look.ink

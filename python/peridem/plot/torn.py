@@ -32,4 +32,3 @@ def torn(snapshot: Snapshot, cells: NDArray[Any]) -> NDArray[np.bool_]:
         with np.errstate(invalid="ignore"):
             found |= ~(length <= TORN * np.linalg.norm(before[a] - before[b], axis=1))
     return found
-

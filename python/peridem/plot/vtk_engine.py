@@ -10,6 +10,8 @@ import functools
 import importlib.util
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -95,17 +97,21 @@ def photograph(faces: Faces, scene: Scene, pixels: tuple[int, int]) -> NDArray[n
     ndarray of uint8, shape (height, width, 4)
     """
     import pyvista
+    from matplotlib.colors import to_rgb
 
     assert scene.camera is not None
     camera = scene.camera
-    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(pixels), lighting="none")
+    with _quiet():
+        plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(pixels), lighting="none")
     light = camera.towards_viewer + 0.5 * camera.up - 0.5 * camera.right
-    plotter.add_light(pyvista.Light(position=light, focal_point=(0, 0, 0), light_type="scene light"))
+    plotter.add_light(
+        pyvista.Light(position=light, focal_point=(0, 0, 0), light_type="scene light")
+    )
     shading = {"ambient": AMBIENT, "diffuse": 1 - AMBIENT, "specular": 0.0}
     if len(faces.walls):
         plotter.enable_depth_peeling(8)
         walls = _mesh(faces.points, faces.walls)
-        plotter.add_mesh(walls, color=scene.look.wall_colour, opacity=WALL_ALPHA, **shading)
+        plotter.add_mesh(walls, color=to_rgb(scene.look.wall_colour), opacity=WALL_ALPHA, **shading)
     if len(faces.grains):
         grains = _mesh(faces.points, faces.grains)
         grains.cell_data["colour"] = (255 * faces.colours[:, :3]).round().astype(np.uint8)
@@ -121,14 +127,28 @@ def photograph(faces: Faces, scene: Scene, pixels: tuple[int, int]) -> NDArray[n
     plotter.camera.parallel_scale = 0.5 * height
     plotter.reset_camera_clipping_range()
     plotter.enable_anti_aliasing("ssaa")
-    picture = plotter.screenshot(return_img=True, transparent_background=True)
+    with _quiet():
+        picture = plotter.screenshot(return_img=True, transparent_background=True)
     plotter.close()
     return np.asarray(picture)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep what VTK says about displays that it does not need off the terminal."""
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    before = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        yield
+    finally:
+        vtkLogger.SetStderrVerbosity(before)
 
 
 def _mesh(points: NDArray[np.float64], faces: NDArray[np.int64]) -> Any:
     import pyvista
 
     used, numbers = np.unique(faces, return_inverse=True)
-    triangles = numbers.reshape(-1, 3)
+    triangles: Any = numbers.reshape(-1, 3)
     return pyvista.PolyData.from_regular_faces(points[used], triangles)
