@@ -39,15 +39,10 @@ class Mosaic(Collection):
 
     def get_datalim(self, transData: Any) -> Bbox:  # noqa: N803  # its name in matplotlib
         """Return the box of the triangles, in data coordinates."""
-        corners = self.triangles.reshape(-1, 2)
-        to_data = self.get_transform() - transData
-        return (
-            Bbox.null()
-            if not len(corners)
-            else Bbox.from_extents(
-                *to_data.transform(corners).min(axis=0), *to_data.transform(corners).max(axis=0)
-            )
-        )
+        if not len(self.triangles):
+            return Bbox.null()
+        corners = (self.get_transform() - transData).transform(self.triangles.reshape(-1, 2))
+        return Bbox.from_extents(*corners.min(axis=0), *corners.max(axis=0))
 
     @allow_rasterization  # type: ignore[untyped-decorator]
     def draw(self, renderer: Any) -> None:

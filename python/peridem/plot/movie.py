@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..files import replace_file
-from .chains import Chains
+from .chains import Chains, explain_chains
 from .outputs import Frame, Outputs
 from .scene import Scene
 from .sheet import colour_bar, draw_state, new_sheet
@@ -60,6 +60,8 @@ class _Page:
         self.job = job
         self.figure, (self.axes,) = new_sheet(job.scene)
         colour_bar(self.figure, [self.axes], job.scene)
+        if job.chains is not None:
+            explain_chains(self.figure, job.scene, job.chains)
         self._kept = {id(artist) for artist in self.axes.get_children()}
         self._background: Any = None
 
