@@ -9,7 +9,7 @@ import os
 # GCC's OpenMP, several ms, slows a machine down that has other work; it is read when _core loads.
 os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
-from . import recorders
+from . import calibrate, recorders
 from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck
@@ -40,6 +40,7 @@ from .shapes import (
     Surface,
     Triangle,
 )
+from .studies import StudyWarning, sample, study
 
 __all__ = [
     "Annulus",
@@ -74,10 +75,14 @@ __all__ = [
     "Result",
     "Sphere",
     "Square",
+    "StudyWarning",
     "Surface",
     "Triangle",
     "__version__",
+    "calibrate",
     "mesh_quality",
     "read_deck",
     "recorders",
+    "sample",
+    "study",
 ]
