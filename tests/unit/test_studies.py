@@ -79,7 +79,7 @@ def test_study_records_failures_and_dead_processes() -> None:
 
 
 def test_study_stops_on_error_when_asked(tmp_path: Path) -> None:
-    with pytest.raises(pd.InputError, match="'a': 13.*unlucky"):
+    with pytest.raises(pd.InputError, match=r"'a': 13.*unlucky"):
         pd.study(add, a=[1, 13, 2], workers=0, stop_on_error=True, folder=tmp_path)
     assert pandas.read_csv(tmp_path / "study.csv")["a"].tolist() == [1, 13]
 

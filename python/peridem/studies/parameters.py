@@ -19,7 +19,7 @@ Parameters = dict[str, Any]
 
 
 def sets_of(rows: Any, grid: Mapping[str, Any]) -> list[Parameters]:
-    """Sets of parameters: every row with every combination of the grid.
+    """Combine every row with every combination of the grid.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def sets_of(rows: Any, grid: Mapping[str, Any]) -> list[Parameters]:
 
 
 def identity(parameters: Parameters) -> str:
-    """Name of a set of parameters: 12 hexadecimal digits that depend on names and values."""
+    """Return the name of a set of parameters: 12 hexadecimal digits that depend on names and values."""
     text = json.dumps(_canonical(parameters), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 

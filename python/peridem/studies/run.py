@@ -16,7 +16,6 @@ from ..modelling.arguments import choice, whole
 from .fingerprint import source_mark
 from .parameters import Parameters, cell, check_signature, identity, sets_of
 from .pool import Task, pickled, run_in_processes
-from .progress import Progress
 from .table import StudyTable, StudyWarning, locked
 from .worker import Outcome, call
 
@@ -102,6 +101,8 @@ def study(
     >>> table["sum"].tolist()
     [11, 21, 12, 22]
     """
+    from .progress import Progress  # rich takes a quarter of a second to load
+
     if not callable(run):
         raise InputError(f"study: run = {run!r}: must be a function; give its name without ()")
     choice(rerun, _RERUN, "study: rerun")

@@ -101,7 +101,8 @@ def main(descriptor: int) -> None:
     ----------
     descriptor : int
         File descriptor of a pipe to the study. First come the search path of modules, the
-        arguments of the command line, the folder to work in and the pickled function, then parameters, each answered by its row.
+        arguments of the command line, the folder to work in and the pickled function, then
+        parameters, each answered by its row.
     """
     import pickle
 

@@ -1,0 +1,2 @@
+"""stub"""
+Crushing = crushing = measure_crushing = None
