@@ -147,8 +147,9 @@ def measure_restitution(
     """
     who = "measure_restitution"
     setup = _Setup(
-        who, material, radius, mesh_size, mesh, height, speed, gravity, contact, dimension,
-        turn, dt, threads,
+        who, material=material, radius=radius, mesh_size=mesh_size, mesh=mesh, height=height,
+        speed=speed, gravity=gravity, contact=contact, dimension=dimension, turn=turn, dt=dt,
+        threads=threads,
     )  # fmt: skip
     return setup.run(_damping(who, damping_ratio, damping_factor, damping_criterion))
 
@@ -215,8 +216,9 @@ damping_criterion, contact, dimension, turn, dt, threads
     allowed = number(tolerance, f"{who}: tolerance", above=0)
     choice(vary, ("damping_ratio", "damping_factor"), f"{who}: vary")
     setup = _Setup(
-        who, material, radius, mesh_size, mesh, height, speed, gravity, contact, dimension,
-        turn, dt, threads,
+        who, material=material, radius=radius, mesh_size=mesh_size, mesh=mesh, height=height,
+        speed=speed, gravity=gravity, contact=contact, dimension=dimension, turn=turn, dt=dt,
+        threads=threads,
     )  # fmt: skip
     given = {"damping_ratio": damping_ratio, "damping_factor": damping_factor}
 
@@ -237,11 +239,11 @@ def _values(who: str, vary: str, between: Any) -> Sequence[float]:
     if between is None:
         return _RATIOS if ratio else _FACTORS
     low, high = _pair(between, f"{who}: between")
-    low = number(low, f"{who}: between", **({"above": 0} if ratio else {"least": 0}))
+    low = number(low, f"{who}: between", above=0 if ratio else None, least=0)
     high = number(high, f"{who}: between", above=low)
     if ratio and high > 1:
         raise InputError(f"{who}: between = {show_value(between)}: ratios are at most 1; lower it")
-    values = np.linspace(low, high, 5).tolist()
+    values = [float(one) for one in np.linspace(low, high, 5)]
     return values[::-1] if ratio else values
 
 
@@ -276,7 +278,7 @@ class _Setup:
     """Two grains and how they meet, checked; each run makes a model of them."""
 
     def __init__(
-        self, who: str, material: Any, radius: Any, mesh_size: Any, mesh: Any, height: Any,
+        self, who: str, *, material: Any, radius: Any, mesh_size: Any, mesh: Any, height: Any,
         speed: Any, gravity: Any, contact: Any, dimension: Any, turn: Any, dt: Any, threads: Any,
     ) -> None:  # fmt: skip
         if dimension not in (2, 3):

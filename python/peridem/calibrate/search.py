@@ -78,6 +78,13 @@ class Search:
         The outcome wanted, and its largest residual.
     logarithmic : bool
         Whether the search goes by the logarithm of the parameter, which is positive then.
+
+    Attributes
+    ----------
+    tried : list of (float, float)
+        Values and outcomes so far.
+    measured : object
+        What the last run measured.
     """
 
     def __init__(
@@ -95,9 +102,9 @@ class Search:
         self._measure, self._outcome_of = measure, outcome_of
         self._who, self._name, self._outcome = who, name, outcome
         self._wanted, self._tolerance = wanted, tolerance
-        self._to, self._back = (math.log, math.exp) if logarithmic else (float, float)
+        self._logarithmic = logarithmic
         self.tried: list[tuple[float, float]] = []
-        self._last: Any = None
+        self.measured: Any = None
 
     def residual(self, value: float) -> float:
         """Run with a value; return achieved - wanted, or 0 when it is within the tolerance."""
@@ -108,8 +115,8 @@ class Search:
                 f"({self._name} = {near[0]:.6g} gives {near[1]:.6g}): the outcome does not change "
                 "smoothly enough; give a larger one"
             )
-        self._last = self._measure(value)
-        achieved = self._outcome_of(self._last)
+        self.measured = self._measure(value)
+        achieved = self._outcome_of(self.measured)
         self.tried.append((value, achieved))
         difference = achieved - self._wanted
         return 0.0 if abs(difference) <= self._tolerance else difference
@@ -127,26 +134,31 @@ class Search:
         InputError
             If what is wanted is not within the outcomes of these values, with their range.
         """
-        from scipy.optimize import brentq
-
         before: tuple[float, float] | None = None
         for value in values:
             residual = self.residual(value)
             if residual == 0.0:
                 return self._report()
             if before is not None and (before[1] > 0) != (residual > 0):
-                known = dict((before, (value, residual)))
-                ends = [self._to(before[0]), self._to(value)]
-                cache = {end: known[one] for end, one in zip(ends, known, strict=True)}
-                brentq(
-                    lambda x: cache[x] if x in cache else self.residual(self._back(x)),
-                    *ends,
-                    xtol=1e-9 * max(abs(ends[0] - ends[1]), 1e-300),
-                    maxiter=MOST_RUNS,
-                )
+                self._close_in(before, (value, residual))
                 return self._report()
             before = value, residual
         raise self._out_of_reach()
+
+    def _close_in(self, one: tuple[float, float], other: tuple[float, float]) -> None:
+        """Find the root between two values with residuals of different sign."""
+        from scipy.optimize import brentq
+
+        to = math.log if self._logarithmic else float
+        a, b = to(one[0]), to(other[0])
+        known = {a: one[1], b: other[1]}
+
+        def residual(x: float) -> float:
+            if x in known:
+                return known[x]
+            return self.residual(math.exp(x) if self._logarithmic else x)
+
+        brentq(residual, a, b, xtol=1e-9 * abs(a - b), maxiter=MOST_RUNS)
 
     def _out_of_reach(self) -> InputError:
         outcomes = [one[1] for one in self.tried]
@@ -177,5 +189,5 @@ class Search:
             tolerance=self._tolerance,
             runs=len(self.tried),
             table=pd.DataFrame(self.tried, columns=[self._name, self._outcome]),
-            measured=self._last,
+            measured=self.measured,
         )

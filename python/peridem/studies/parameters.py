@@ -45,7 +45,7 @@ def sets_of(rows: Any, grid: Mapping[str, Any]) -> list[Parameters]:
 
 
 def identity(parameters: Parameters) -> str:
-    """Return the name of a set of parameters: 12 hexadecimal digits that depend on names and values."""
+    """Return 12 hexadecimal digits that depend on the names and values of parameters."""
     text = json.dumps(_canonical(parameters), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
