@@ -233,8 +233,8 @@ class _Setup:
     """A grain between plates, checked; each run makes a model of it."""
 
     def __init__(
-        self, who: str, *, material: Any, mesh_size: Any, radius: Any, shape: Any,
-        dimension: Any, speed: Any, squeeze: Any, plate_material: Any, contact: Any, dt: Any, threads: Any,
+        self, who: str, *, material: Any, mesh_size: Any, radius: Any, shape: Any, dimension: Any,
+        speed: Any, squeeze: Any, plate_material: Any, contact: Any, dt: Any, threads: Any,
     ) -> None:  # fmt: skip
         self.who = who
         self._check_material(material)
