@@ -67,10 +67,12 @@ def test_study_takes_rows_of_any_kind() -> None:
 
 
 def test_study_records_failures_and_dead_processes() -> None:
-    table = pd.study(add, a=[1, 13, 2], workers=0)
+    with pytest.warns(pd.StudyWarning, match="1 of 3 sets failed.*unlucky / number"):
+        table = pd.study(add, a=[1, 13, 2], workers=0)
     assert table["status"].tolist() == ["done", "failed", "done"]
     assert table["error"][1] == "ValueError: unlucky / number"
-    table = pd.study(dies, a=[1, 2, 3], workers=1, threads=3)
+    with pytest.warns(pd.StudyWarning, match="1 of 3 sets failed.*SIGKILL"):
+        table = pd.study(dies, a=[1, 2, 3], workers=1, threads=3)
     assert table["status"].tolist() == ["done", "failed", "done"]
     assert "SIGKILL" in table["error"][1]
     assert table["threads"].tolist()[::2] == [3, 3]
@@ -93,7 +95,8 @@ def test_study_resumes_by_parameters(tmp_path: Path) -> None:
             raise ValueError("not yet")
         return {"ratio": b / 3 + a}
 
-    first = pd.study(run, a=[0, 1], b=0.1, folder=tmp_path, workers=0)
+    with pytest.warns(pd.StudyWarning, match="not yet"):
+        first = pd.study(run, a=[0, 1], b=0.1, folder=tmp_path, workers=0)
     assert first["status"].tolist() == ["failed", "done"]
     # The order is another one, a set is new, the one that failed is run again.
     again = pd.study(run, b=0.1, a=[2, 1, 0], folder=tmp_path, workers=0)
@@ -162,7 +165,8 @@ def test_study_keeps_a_second_one_out(tmp_path: Path) -> None:
             pd.study(add, a=[1], folder=tmp_path, workers=0)
         return {}
 
-    table = pd.study(run, a=[1], folder=tmp_path, workers=0)
+    with pytest.warns(pd.StudyWarning, match="1 of 1 sets failed"):
+        table = pd.study(run, a=[1], folder=tmp_path, workers=0)
     assert "another study is running there" in table["error"][0]
 
 

@@ -92,7 +92,8 @@ def study(
     Warns
     -----
     StudyWarning
-        If rows of the table are of another source of `run`, or version of peridem.
+        If sets have failed, or rows of the table are of another source of `run`, or version of
+        peridem.
 
     Examples
     --------
@@ -123,7 +124,8 @@ def study(
                 bar.advance(failed=outcome["status"] == "failed")
                 if stop_on_error and outcome["status"] == "failed":
                     raise InputError(job.failure(id_, outcome))
-        return job.table.frame(list(job.sets))
+        _note_failed(table := job.table.frame(list(job.sets)))
+        return table
 
 
 class _Job:
@@ -202,6 +204,17 @@ def _shares(workers: Any, threads: Any, n: int) -> tuple[int, int]:
     else:
         count = whole(workers, "study: workers", 0)
     return count, share or max(1, processors // max(count, 1))
+
+
+def _note_failed(table: pd.DataFrame) -> None:
+    failed = table[table["status"] == "failed"]
+    if len(failed):
+        warnings.warn(
+            f"study: {len(failed)} of {len(table)} sets failed, the first with: "
+            f"{failed['error'].iloc[0]}; see the column error",
+            StudyWarning,
+            stacklevel=3,
+        )
 
 
 def _note_changed(keys: set[str], marks: Mapping[str, str]) -> None:

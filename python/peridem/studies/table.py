@@ -25,7 +25,7 @@ _TRUTH = {"True": True, "False": False}
 
 
 class StudyWarning(UserWarning):
-    """Rows of a study are from another version of its function or of peridem."""
+    """Sets of a study have failed, or are from another version of its function or of peridem."""
 
 
 class StudyTable:
