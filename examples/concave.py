@@ -29,7 +29,7 @@ def throw(speed: float, mesh_size: float, output: Path) -> dict[str, float]:
     material = pd.PDState(**STONE, horizon=4 * mesh_size, bond_breaking="tension")
     model = pd.DEMModel(dimension=2)
     shape = pd.ConcaveHexagon(radius=1e-3, neck=0.6e-3)
-    drop = -shape.geometry.box[0][1] + mesh_size
+    drop = shape.geometry.bounding_radius + mesh_size
     grain = model.add_particle(
         shape, material=material, mesh_size=mesh_size, at=(0, drop), velocity=(0, -speed), angle=0.4
     )
@@ -65,7 +65,7 @@ def main() -> None:
         panel.scatter(*(1e3 * x[:, :2].T), 5e4 * mesh_size, part, vmin=0, vmax=0.6)
         panel.axhline(0, color="black")
         panel.set(title=f"{row['speed']} m/s: {row['broken']:.0f} broken", xlabel="x [mm]")
-        panel.set(aspect="equal", xlim=(-1.6, 1.6), ylim=(-0.2, 3.2))
+        panel.set(aspect="equal", xlim=(-1.4, 2.4), ylim=(-0.2, 3.2))
     axes[0].set_ylabel("y [mm]")
     plt.savefig(args.output / "concave.png", dpi=150, bbox_inches="tight")
 

@@ -25,7 +25,9 @@ def test_snippets_run(
     for snippet in snippets:
         exec(compile(snippet, str(PAGE), "exec"), names)
     collisions = pandas.read_csv(tmp_path / "collisions" / "study.csv")
-    assert collisions["speed"].tolist() == [1, 1, 4, 4, 2]  # the sixth snippet has added one
+    # in the order in which they were done; the second snippet has added one
+    assert sorted(collisions["speed"][:4]) == [1, 1, 4, 4]
+    assert collisions["speed"].tolist()[4:] == [2]
     assert set(collisions["status"]) == {"done"}
     assert len(pandas.read_csv(tmp_path / "sampled" / "study.csv")) == 4
     assert names["found"].achieved == pytest.approx(1e6, rel=0.05)
