@@ -9,7 +9,7 @@ import os
 # GCC's OpenMP, several ms, slows a machine down that has other work; it is read when _core loads.
 os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
-from . import calibrate, recorders
+from . import calibrate, packing, recorders
 from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck
@@ -27,6 +27,7 @@ from .shapes import (
     ConcaveHexagon,
     Cube,
     Cuboid,
+    CuboidMinusCuboid,
     Cylinder,
     Ellipse,
     GmshGeometry,
@@ -35,6 +36,7 @@ from .shapes import (
     Polygon,
     Polyhedron,
     Rectangle,
+    RectangleMinusRectangle,
     Sphere,
     Square,
     Surface,
@@ -53,6 +55,7 @@ __all__ = [
     "ConcaveHexagon",
     "Cube",
     "Cuboid",
+    "CuboidMinusCuboid",
     "Cylinder",
     "DEMModel",
     "Deck",
@@ -72,6 +75,7 @@ __all__ = [
     "Polyhedron",
     "RNPBond",
     "Rectangle",
+    "RectangleMinusRectangle",
     "Result",
     "Sphere",
     "Square",
@@ -81,6 +85,7 @@ __all__ = [
     "__version__",
     "calibrate",
     "mesh_quality",
+    "packing",
     "read_deck",
     "recorders",
     "sample",
