@@ -1,8 +1,8 @@
 """A concave grain falls onto a wall: where does it break, from which speed on?
 
-Problem: a hexagon with a neck of a third of its width hits a rigid wall with its foot at 4 to 16 m/s
-(the concave particle of Jha et al. (2021), section 4.3, on a wall). State-based solid, eqs. 9 to
-11, contact by eqs. 18 and 36 without friction.
+Problem: a hexagon with a neck hits a rigid wall with one foot, at 4 to 16 m/s (the concave
+particle of Jha et al. (2021), section 4.3, on a wall). State-based solid, eqs. 9 to 11, contact
+by eqs. 18 and 36 without friction.
 
     python examples/concave.py [--short] [--output DIR]
 
@@ -56,7 +56,9 @@ def main() -> None:
     args = parser.parse_args()
     speeds, mesh_size = ([4, 16], 0.14e-3) if args.short else ([4, 8, 12, 16], 0.08e-3)
 
-    table = pd.study(throw, speed=speeds, mesh_size=mesh_size, folder=args.output)
+    workers = 0 if args.short else None  # 0: here, without processes
+    grid = {"speed": speeds, "mesh_size": mesh_size}
+    table = pd.study(throw, grid=grid, folder=args.output, workers=workers)
     print(table[["speed", "momentum", "impulse", "broken"]].to_string(index=False))
 
     _, axes = plt.subplots(1, len(table), figsize=(4 * len(table), 4), sharey=True)

@@ -1,4 +1,4 @@
-"""The examples of studies, calibration and fracture run, in a short form, and give what they say."""
+"""Examples of studies, calibration and fracture run, in short forms, and give what they say."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ def test_crushing_breaks_at_the_wanted_strength(tmp_path: Path) -> None:
 def test_tension_tears_by_its_energy(tmp_path: Path) -> None:
     said = run_example("tension", tmp_path)
     (strain, expected), (speed, rayleigh) = map(numbers, said.splitlines())
-    # Pulled fast and meshed coarsely, the crack starts late.
-    assert expected < strain < 1.5 * expected
+    # The energy is that of an infinite strip, the horizon of 2.6 mm a quarter of the height.
+    assert 0.95 * expected < strain < 1.2 * expected
     assert 0.2 * rayleigh < speed < rayleigh
 
 
