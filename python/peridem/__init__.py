@@ -9,7 +9,7 @@ import os
 # GCC's OpenMP, several ms, slows a machine down that has other work; it is read when _core loads.
 os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
-from . import packing, recorders
+from . import calibrate, packing, recorders
 from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck
@@ -42,6 +42,7 @@ from .shapes import (
     Surface,
     Triangle,
 )
+from .studies import StudyWarning, sample, study
 
 __all__ = [
     "Annulus",
@@ -78,12 +79,16 @@ __all__ = [
     "Result",
     "Sphere",
     "Square",
+    "StudyWarning",
     "Surface",
     "Triangle",
     "__version__",
+    "calibrate",
     "diagnostics",
     "mesh_quality",
     "packing",
     "read_deck",
     "recorders",
+    "sample",
+    "study",
 ]

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 from .deck import ElasticConstants
 from .deck import Material as Block
 from .errors import InputError
-from .modelling.arguments import checked, choice, plain, show_value, validated
+from .modelling.arguments import checked, choice, number, plain, show_value, validated
 
 __all__ = ["Material", "PDElasticBond", "PDState", "PMBBond", "RNPBond"]
 
@@ -102,6 +102,36 @@ class Material:
                 f"{self}: constants: do not follow from law_parameters; give young_modulus or "
                 "bulk_modulus as well"
             ) from None
+
+    def with_fracture_energy(self, fracture_energy: float) -> Material:
+        """Make the same material with another fracture energy.
+
+        Parameters
+        ----------
+        fracture_energy : float
+            Critical energy release rate Gc [J/m^2]; a fracture toughness is left out.
+
+        Returns
+        -------
+        Material
+
+        Raises
+        ------
+        InputError
+            If it is not positive, or the law has none or is given by `law_parameters`.
+        """
+        who = f"{self.label}: fracture_energy"
+        energy = number(fracture_energy, who, above=0, unit="J/m^2")
+        if self.law == "PDElasticBond" or not self.block.compute_from_classical:
+            raise InputError(
+                f"{who} = {fracture_energy!r}: the law does not take it; give elastic constants "
+                "to a law that breaks"
+            )
+        made = object.__new__(type(self))
+        values = {"fracture_energy": energy, "fracture_toughness": None}
+        object.__setattr__(made, "block", self.block.model_copy(update=values))
+        object.__setattr__(made, "name", self.name)
+        return made
 
     @property
     def label(self) -> str:

@@ -58,7 +58,8 @@ class DEMModel(StagedModel):
     compatibility : {"corrected", "original"}
         Whether known defects of the original program are corrected or reproduced.
     threads : int, optional
-        Number of threads, at least 1; all processors when left out. Results do not depend on it.
+        Number of threads, at least 1; when left out that of the environment variable
+        PERIDEM_THREADS, or all processors. Results do not depend on it.
     strict : bool
         Refuse a time step above the estimated stable one instead of warning.
     allow_overlap : bool
@@ -420,6 +421,8 @@ class DEMModel(StagedModel):
 
 
 def _thread_count(threads: int | None) -> int:
+    if threads is None and (said := os.environ.get("PERIDEM_THREADS", "")).isdecimal():
+        return max(1, int(said))
     count = len(os.sched_getaffinity(0)) if threads is None else threads
     if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
         raise InputError(f"threads = {threads!r}: must be at least 1; leave it out for all cores")
