@@ -1,4 +1,4 @@
-"""The command `peridem`: run a deck, go on with a run, check a deck, run the demonstration.
+"""The command `peridem`: run a deck, go on with a run, check a deck, draw results, run the demo.
 
 Exit codes: 0 success, 2 bad input or usage, 3 numerical failure, 130 stopped by Ctrl-C, 143 by
 SIGTERM.
@@ -8,25 +8,24 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import functools
 import os
 import sys
 import time as clock
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn, ParamSpec, TypeVar
+from typing import Any
 
 import click
 from rich.console import Console, RenderableType
 
 from . import __version__
+from .command import BAD_INPUT, fail, with_exit_codes
 from .errors import InputError, NumericalError
 from .interrupt import Terminated
 from .memory import machine_memory, predict_memory, refuse_too_large
 from .model import DEMModel
 from .output import older_files, read_pvd, series_path
-from .plotting import save_picture
+from .render_command import render
 from .runlog import RunLog, show_progress
 from .summary import (
     facts,
@@ -40,24 +39,11 @@ from .summary import (
 
 __all__ = ["main"]
 
-BAD_INPUT = 2
-NUMERICAL_FAILURE = 3
-STOPPED = 130
-
 DEMO_DECK = Path(__file__).parent / "demo" / "input.yaml"
 DEMO_PICTURE = "peridem_demo.png"
 LOG_NAME = "peridem.log"
 PIPE_WIDTH = 120
 """Characters in a line of a table that does not go to a terminal."""
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-def _fail(text: str, code: int) -> NoReturn:
-    with contextlib.suppress(OSError):  # stderr may be full or closed: the code still tells
-        click.echo(f"peridem: {text}", err=True)
-    raise SystemExit(code)
 
 
 class _Program(click.Group):
@@ -73,7 +59,7 @@ class _Program(click.Group):
         except OSError as error:
             _forget_output()
             where = error.filename or "the standard output"
-            _fail(
+            fail(
                 f"error: {where}: {error.strerror or error}; free some space, or write elsewhere",
                 BAD_INPUT,
             )
@@ -93,25 +79,6 @@ class _Console(Console):
     def on_broken_pipe(self) -> None:
         """Raise the error again instead of ending the program here."""
         raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
-
-
-def _with_exit_codes(command: Callable[P, R]) -> Callable[P, R]:
-    """Turn the package's errors into a message on stderr and an exit code."""
-
-    @functools.wraps(command)
-    def guarded(*args: P.args, **kwargs: P.kwargs) -> R:
-        try:
-            return command(*args, **kwargs)
-        except InputError as error:
-            _fail(f"error: {error}", BAD_INPUT)
-        except NumericalError as error:
-            _fail(f"numerical failure: {error}", NUMERICAL_FAILURE)
-        except MemoryError:
-            _fail("error: not enough memory; use fewer or coarser bodies", BAD_INPUT)
-        except KeyboardInterrupt:
-            _fail("stopped by Ctrl-C", STOPPED)
-
-    return guarded
 
 
 DECK = click.argument("deck", type=click.Path(exists=True, dir_okay=False, path_type=Path))
@@ -163,7 +130,7 @@ def main() -> None:
 @STRICT
 @ALLOW_OVERLAP
 @QUIET
-@_with_exit_codes
+@with_exit_codes
 def run(
     *,
     deck: Path,
@@ -197,7 +164,7 @@ def run(
 @CHECKPOINT_EVERY
 @click.option("--tag", metavar="TAG", help="Tag_PP of the run, if OUTPUT_DIR has several.")
 @QUIET
-@_with_exit_codes
+@with_exit_codes
 def resume(
     *,
     output_dir: Path,
@@ -217,7 +184,7 @@ def resume(
 @COMPATIBILITY
 @STRICT
 @ALLOW_OVERLAP
-@_with_exit_codes
+@with_exit_codes
 def check(*, deck: Path, compatibility: str | None, strict: bool, allow_overlap: bool) -> None:
     """Say what DECK describes, or what is wrong with it, without running it."""
     model = DEMModel.from_deck(
@@ -253,16 +220,20 @@ def check(*, deck: Path, compatibility: str | None, strict: bool, allow_overlap:
     metavar="DIR",
     help="Folder for the results; the current one if left out.",
 )
-@_with_exit_codes
+@with_exit_codes
 def demo(*, threads: int, output: Path) -> None:
     """Run a small impact in which a grain breaks, and draw it."""
     model = _run(DEMModel.from_deck(DEMO_DECK, threads=threads), _Job(output))
-    picture = save_picture(output / DEMO_PICTURE, model, field="Damage")
+    picture = output / DEMO_PICTURE
+    model.render("Damage", picture)
     series = series_path(output, model.deck.output.tag_pp)
     out = _console()
     _print(out, f"Look at {picture}: a disc has struck a grain in its waist and broken it in two.")
     _print(out, f"In ParaView open {series}, press Apply and colour by Damage_Z.")
     _print(out, f"The deck is {DEMO_DECK}: copy its folder, change it, and `peridem run` it.")
+
+
+main.add_command(render)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .background import BackgroundWriter, Job
+from .body_table import bodies_path, write_bodies
 from .diagnostics import StopCriterion, TestWriter
 from .errors import InputError
 from .output import OutputWriter, write_particle_locations
@@ -75,6 +76,7 @@ class Recorder:
             return
         if model.deck.output.perform_out:
             self._writer = self._stack.enter_context(self._open(folder, goes_on))
+            write_bodies(bodies_path(self._writer.series), model)
             if "Strain_Stress" in model.deck.output.tags:
                 field = StrainField(model)
                 if len(field):

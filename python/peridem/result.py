@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from .series import SeriesRecorder
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 __all__ = ["Result"]
 
@@ -43,6 +45,39 @@ class Result:
     def tables(self) -> dict[str, pd.DataFrame]:
         """Table of each recorder, by its name."""
         return {table.name: table.frame() for table in self._series.tables}
+
+    def render(
+        self, field: Any = None, path: str | os.PathLike[str] | None = None, **options: Any
+    ) -> Path | Figure:
+        """Draw the outputs of the run: the last state, a grid or an animation.
+
+        Parameters
+        ----------
+        field : str, ndarray or callable, optional
+            What the colours show; damage when left out.
+        path : path-like, optional
+            File to write, .png, .pdf, .svg, .gif or .mp4; without it the figure is handed back.
+        **options
+            As in `peridem.plot.render`.
+
+        Returns
+        -------
+        Path or Figure
+
+        Raises
+        ------
+        InputError
+            As `peridem.plot.render` says, or if the run has written no outputs.
+        """
+        from .plot import render
+
+        return render(self, field, None if path is None else Path(path), **options)
+
+    def _repr_html_(self) -> str:
+        """Summary, last state and recorded numbers, for notebooks."""
+        from .plot.notebook import result_html
+
+        return result_html(self)
 
     def __getitem__(self, name: str) -> pd.DataFrame:
         """Return the table of a recorder, whatever characters its name has."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,9 @@ from .mesh import Mesh
 from .modelling.arguments import did_you_mean
 from .modelling.bodies import Bodies, Body
 from .particle import Particle, StableTimeStep
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FloatArray = NDArray[np.float64]
 
@@ -263,11 +268,50 @@ class ModelView:
             return [one for part in which for one in self.ids_of(part)]
         return [int(self._body(which).id)]
 
+    def body_names(self) -> dict[int, str]:
+        """Names of the bodies that have one, by their ids; those of a deck have none."""
+        self._bodies  # noqa: B018  # builds the model
+        named = ((name, body) for name, body in self._names.items() if isinstance(body, Body))
+        return {body.id: name for name, body in named}
+
     def nodes_of(self, which: Any) -> NDArray[np.int64]:
         """Nodes of bodies, ascending; `which` as in `ids_of`."""
         self.init()
         parts = [self._bodies[k] for k in sorted(set(self.ids_of(which)))]
         return np.concatenate([np.arange(part.start, part.stop) for part in parts])
+
+    def render(
+        self, field: Any = None, path: str | os.PathLike[str] | None = None, **options: Any
+    ) -> Path | Figure:
+        """Draw the present state.
+
+        Parameters
+        ----------
+        field : str, ndarray or callable, optional
+            What the colours show; damage when left out.
+        path : path-like, optional
+            File to write; without it the figure is handed back.
+        **options
+            As in `peridem.plot.render`.
+
+        Returns
+        -------
+        Path or Figure
+
+        Raises
+        ------
+        InputError
+            As `peridem.plot.render` says.
+        """
+        from .plot import render
+
+        return render(self, field, None if path is None else Path(path), **options)
+
+    def _repr_html_(self) -> str:
+        """Table of the bodies and a small picture, for notebooks."""
+        from .plot.notebook import model_html
+
+        return model_html(self)
 
     def summary(self) -> dict[str, Any]:
         """Facts about the run so far: steps, time, nodes, bonds, broken bonds, memory."""

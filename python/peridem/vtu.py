@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict
@@ -20,7 +20,7 @@ from .errors import InputError
 if TYPE_CHECKING:
     from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 
-__all__ = ["Topology", "VtuContents", "read_vtu", "write_vtu"]
+__all__ = ["Topology", "VtuContents", "read_vtu", "vtu_arrays", "write_vtu"]
 
 Array = npt.NDArray[Any]
 Cells = Sequence[tuple[str, Array]]
@@ -135,13 +135,15 @@ def write_vtu(
         raise OSError(0, _vtk_reason(writer.GetErrorCode()))
 
 
-def read_vtu(path: Path | str) -> VtuContents:
+def read_vtu(path: Path | str, only: Collection[str] | None = None) -> VtuContents:
     """Read a VTU file, ours or the original program's.
 
     Parameters
     ----------
     path : Path or str
         The file.
+    only : collection of str, optional
+        Point data to read, as far as the file has it; all when left out.
 
     Returns
     -------
@@ -154,24 +156,19 @@ def read_vtu(path: Path | str) -> VtuContents:
     InputError
         If the file is missing, damaged or holds no nodes.
     """
-    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
-
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; check the name and the folder")
-    damaged = (
-        f"{path}: not a readable VTU file with nodes (damaged or cut short?); "
-        "use another file of the series"
-    )
-    if not _is_complete(path):
-        raise InputError(damaged)
-    reader = vtkXMLUnstructuredGridReader()
-    reader.SetFileName(str(path))
+    reader = _opened(path)
     with _silent_vtk():
+        if only is not None:
+            reader.UpdateInformation()
+            chosen = reader.GetPointDataArraySelection()
+            for k in range(chosen.GetNumberOfArrays()):
+                if chosen.GetArrayName(k) not in only:
+                    chosen.DisableArray(chosen.GetArrayName(k))
         reader.Update()
     grid = reader.GetOutput()
     if reader.GetErrorCode() != 0 or grid.GetNumberOfPoints() == 0:
-        raise InputError(damaged)
+        raise InputError(_damaged(path))
 
     def copy(array: Any) -> Array:
         return np.array(_numpy_support().vtk_to_numpy(array))
@@ -188,6 +185,37 @@ def read_vtu(path: Path | str) -> VtuContents:
         },
         time=None if time is None else float(time.GetTuple1(0)),
         step=None if step is None else int(step.GetTuple1(0)),
+    )
+
+
+def vtu_arrays(path: Path | str) -> list[str]:
+    """Names of the point data of a VTU file, without reading it; errors as in `read_vtu`."""
+    path = Path(path)
+    reader = _opened(path)
+    with _silent_vtk():
+        reader.UpdateInformation()
+    if reader.GetErrorCode() != 0:
+        raise InputError(_damaged(path))
+    count = reader.GetNumberOfPointArrays()
+    return [str(reader.GetPointArrayName(k)) for k in range(count)]
+
+
+def _opened(path: Path) -> Any:
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; check the name and the folder")
+    if not _is_complete(path):
+        raise InputError(_damaged(path))
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    return reader
+
+
+def _damaged(path: Path) -> str:
+    return (
+        f"{path}: not a readable VTU file with nodes (damaged or cut short?); "
+        "use another file of the series"
     )
 
 
@@ -242,7 +270,7 @@ def _cell_runs(grid: Any) -> list[tuple[str, Array]]:
     """Cells of a grid as runs of one type with a rectangular connectivity each."""
     if grid.GetNumberOfCells() == 0:
         return []
-    types = np.array([grid.GetCellType(i) for i in range(grid.GetNumberOfCells())])
+    types = _numpy_support().vtk_to_numpy(grid.GetCellTypes()).astype(np.int64)
     offsets = _numpy_support().vtk_to_numpy(grid.GetCells().GetOffsetsArray())
     connectivity = _numpy_support().vtk_to_numpy(grid.GetCells().GetConnectivityArray())
     starts = np.flatnonzero(np.diff(types, prepend=-1))
