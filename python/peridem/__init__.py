@@ -9,7 +9,7 @@ import os
 # GCC's OpenMP, several ms, slows a machine down that has other work; it is read when _core loads.
 os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
-from . import recorders
+from . import plot, recorders
 from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck
@@ -78,6 +78,7 @@ __all__ = [
     "Triangle",
     "__version__",
     "mesh_quality",
+    "plot",
     "read_deck",
     "recorders",
 ]
