@@ -16,8 +16,9 @@ from .snapshot import Snapshot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-__all__ = ["Chains", "draw_chains", "make_chains"]
+__all__ = ["Chains", "draw_chains", "explain_chains", "make_chains"]
 
 FloatArray = NDArray[np.float64]
 
@@ -111,9 +112,12 @@ def _sizes(columns: Mapping[str, FloatArray], where: str) -> FloatArray:
 
 
 def draw_chains(axes: Axes, snapshot: Snapshot, scene: Scene, chains: Chains) -> None:
-    """Draw lines between the centres of bodies, as wide as the forces, with a legend."""
+    """Draw lines between the centres of bodies, as wide as the forces.
+
+    At a wall, whose centre may be far from the contact, a line ends at the place of the contact,
+    or where that is not known at the node of the wall nearest to the other body.
+    """
     from matplotlib.collections import LineCollection
-    from matplotlib.lines import Line2D
 
     if not len(chains.forces) or not chains.forces.max() > 0:
         return
@@ -126,42 +130,66 @@ def draw_chains(axes: Axes, snapshot: Snapshot, scene: Scene, chains: Chains) ->
             f"{max(centres)}: correct the columns i and j"
         )
     order = np.argsort(chains.forces)
-    ends = np.array([[centres[int(i)] for i in pair] for pair in chains.pairs[order]])
-    if chains.places is not None:
-        # From centre to contact to centre: the centre of a long wall is far from its contacts.
-        places = chains.places[order][:, None]
-        wall = _wall_bodies(snapshot)
-        at_wall = np.isin(chains.pairs[order], wall)[:, :, None]
-        ends = np.where(at_wall, places, ends)
-        ends = np.concatenate([ends[:, :1], places, ends[:, 1:]], axis=1)
+    ends = _ends(snapshot, points, centres, chains, order)
     plane = ends[..., :2] if scene.camera is None else scene.camera.project(ends)
-    largest = float(chains.forces.max())
-    ink = _COLOUR if scene.look.ink == "0.25" else _ON_DARK
-    widths = THICKEST * chains.forces[order] / largest
+    widths = THICKEST * chains.forces[order] / float(chains.forces.max())
     lines = LineCollection(
-        list(plane * scene.length[0]), linewidths=widths, colors=ink, zorder=4, alpha=0.85
+        list(plane * scene.length[0]), linewidths=widths, colors=_ink(scene), zorder=4, alpha=0.85
     )
-    lines.set_capstyle("round")
+    lines.set(capstyle="round", in_layout=False)
     axes.add_collection(lines, autolim=False)
-    per_thickness = "/m" if scene.camera is None else ""
-    size, unit = prefix([largest], f"N{per_thickness}")
-    marks = [
+
+
+def _ends(
+    snapshot: Snapshot, points: FloatArray, centres: Mapping[int, FloatArray], chains: Chains,
+    order: NDArray[np.intp],
+) -> FloatArray:  # fmt: skip
+    """Corners of the lines, shape (n, 2 or 3, 3) [m]."""
+    ids = np.asarray(snapshot.fields["Particle_ID"])
+    walls = set(np.unique(ids[snapshot.wall]).tolist())
+    nodes = {wall: points[ids == wall] for wall in walls & set(chains.pairs.ravel().tolist())}
+    lines = []
+    for row in order:
+        i, j = (int(one) for one in chains.pairs[row])
+        place = None if chains.places is None else chains.places[row]
+        a, b = (
+            _end(centres[other], centres[one], nodes.get(one), place)
+            for one, other in ((i, j), (j, i))
+        )
+        lines.append([a, b] if place is None else [a, place, b])
+    return np.array(lines)
+
+
+def _end(other: FloatArray, centre: FloatArray, wall: FloatArray | None, place: Any) -> FloatArray:
+    if wall is None:
+        return centre
+    if place is not None:
+        return np.asarray(place)
+    return np.asarray(wall[((wall - other) ** 2).sum(axis=1).argmin()])
+
+
+def explain_chains(figure: Figure, scene: Scene, chains: Chains) -> None:
+    """Say below the pictures which force a line has that is so thick."""
+    from matplotlib.lines import Line2D
+
+    if not len(chains.forces) or not chains.forces.max() > 0:
+        return
+    largest = float(chains.forces.max())
+    size, unit = prefix([largest], "N/m" if scene.camera is None else "N")
+    ink = scene.look.ink
+    marks = [Line2D([], [], linestyle="none", label="contact force:")]
+    marks += [
         Line2D(
-            [],
-            [],
-            color=ink,
-            linewidth=THICKEST * part,
+            [], [], color=_ink(scene), linewidth=THICKEST * part,
             label=f"{largest * part / size:.3g} {unit}",
         )
         for part in (1.0, 0.5)
-    ]
-    legend = axes.legend(
-        handles=marks, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2, frameon=False,
-        fontsize=9, labelcolor=scene.look.ink, title="Contact force", title_fontsize=9,
-        handlelength=2.5,
+    ]  # fmt: skip
+    figure.legend(
+        handles=marks, loc="outside lower center", ncols=3, frameon=False, fontsize=9,
+        labelcolor=ink, handlelength=2.5,
     )  # fmt: skip
-    legend.get_title().set_color(scene.look.ink)
 
 
-def _wall_bodies(snapshot: Snapshot) -> NDArray[Any]:
-    return np.unique(np.asarray(snapshot.fields["Particle_ID"])[snapshot.wall])
+def _ink(scene: Scene) -> str:
+    return _COLOUR if scene.look.ink == "0.25" else _ON_DARK

@@ -233,8 +233,10 @@ def value_range(field: Field, values: FloatArray) -> tuple[float, float] | None:
     if field.kind == "labels":
         return low, high
     inner_low, inner_high = (float(q) for q in np.quantile(finite, (0.002, 0.998)))
-    if high - low > 3 * (inner_high - inner_low) > 0:
-        low, high = inner_low, inner_high
+    span = 2 * (inner_high - inner_low)
+    if span > 0:
+        low = inner_low if inner_low - low > span else low
+        high = inner_high if high - inner_high > span else high
     if field.kind == "diverging":
         high = max(-low, high)
         low = -high

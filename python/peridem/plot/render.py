@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..files import make_folder, replace_file
 from ..modelling.arguments import checked, number, whole
-from .chains import Chains, make_chains
+from .chains import Chains, explain_chains, make_chains
 from .fields import Field, find_field, label_colours
 from .look import Look, make_look
 from .movie import MOVIES, FrameJob, draw_frames, find_ffmpeg, frame_images, write_movie
@@ -253,6 +253,8 @@ def _draw_sheet(task: _Task) -> Figure:
     for one, snapshot in zip(axes, states, strict=True):
         draw_state(one, snapshot, scene, engine=engine, chains=task.chains)
     colour_bar(figure, axes, scene)
+    if task.chains is not None:
+        explain_chains(figure, scene, task.chains)
     if task.target is not None:
         _save(figure, task.target, scene)
     return figure

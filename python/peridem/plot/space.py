@@ -16,7 +16,6 @@ from ..errors import InputError
 from .camera import Camera, surface_of
 from .fields import Field, label_colours
 from .look import nice
-from .mosaic import Mosaic
 from .scene import Scene, prefix, shown_mask
 from .snapshot import Snapshot
 
@@ -95,6 +94,8 @@ def faces_of(snapshot: Snapshot, scene: Scene) -> Faces:
 
 def _paint(axes: Axes, faces: Faces, scene: Scene, camera: Camera) -> None:
     """Paint triangles from back to front, the farther ones covered by the nearer ones."""
+    from .mosaic import Mosaic
+
     plane = camera.project(faces.points) * scene.length[0]
     depth = faces.points @ camera.towards_viewer
     normals = _normals(faces.points, faces.grains)
@@ -110,9 +111,11 @@ def _paint(axes: Axes, faces: Faces, scene: Scene, camera: Camera) -> None:
 
 
 def _paint_walls(axes: Axes, plane: FloatArray, faces: Faces, scene: Scene, camera: Camera) -> None:
-    """Paint the far sides of walls below the grains, and the edges of all sides above them."""
+    """Paint the far sides of walls below the grains, and edges on either side of them."""
     from matplotlib.collections import LineCollection
     from matplotlib.colors import to_rgb
+
+    from .mosaic import Mosaic
 
     if not len(faces.walls):
         return
@@ -123,9 +126,15 @@ def _paint_walls(axes: Axes, plane: FloatArray, faces: Faces, scene: Scene, came
         mixed = tuple(WALL_ALPHA * wall + (1 - WALL_ALPHA) * page)
         axes.add_collection(Mosaic(plane[far], mixed, zorder=1), autolim=False)
     edges = _sharp_edges(faces.points, faces.walls)
-    lines = LineCollection(list(plane[edges]), colors=look.ink, linewidths=0.5, alpha=0.6, zorder=3)
-    lines.set(capstyle="round", in_layout=False)
-    axes.add_collection(lines, autolim=False)
+    depth = faces.points @ camera.towards_viewer
+    middle = depth[faces.grains].mean() if len(faces.grains) else 0.0
+    behind = depth[edges].mean(axis=1) < middle
+    for part, layer in ((behind, 1.5), (~behind, 3)):
+        lines = LineCollection(
+            list(plane[edges[part]]), colors=look.ink, linewidths=0.5, alpha=0.6, zorder=layer
+        )
+        lines.set(capstyle="round", in_layout=False)
+        axes.add_collection(lines, autolim=False)
 
 
 def _sharp_edges(points: FloatArray, faces: IntArray) -> IntArray:
