@@ -334,7 +334,7 @@ def test_demo_breaks_the_struck_grain_in_two(tmp_path: Path) -> None:
         patch.setattr(cli, "DEMModel", Spy)
         result = peridem("demo")
     assert result.exit_code == 0
-    files = {"peridem_demo.png", "output_demo.pvd", "peridem.log"}
+    files = {"peridem_demo.png", "output_demo.pvd", "output_demo_bodies.csv", "peridem.log"}
     files |= {f"output_demo_{k}.vtu" for k in range(41)}  # 5200 steps, one file every 130
     assert {path.name for path in tmp_path.iterdir()} == files
     assert "Look at peridem_demo.png" in result.stdout

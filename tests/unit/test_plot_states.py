@@ -14,8 +14,9 @@ from matplotlib.image import imread
 from peridem.errors import InputError
 from peridem.output import OutputWriter
 from peridem.plot import Snapshot, render
+from peridem.plot.edges import boundary_edges
 from peridem.plot.fields import FIELDS, colour_scale, find_field, value_range
-from peridem.plot.mosaic import Mosaic, boundary_edges
+from peridem.plot.mosaic import Mosaic
 
 # A strip of two unit squares of four triangles, 2 mm long; nodes 0 to 5.
 STRIP = 1e-3 * np.array(

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..files import replace_file
 from .chains import Chains, explain_chains
+from .fields import Field
 from .outputs import Frame, Outputs
 from .scene import Scene
 from .sheet import colour_bar, draw_state, new_sheet
@@ -47,6 +48,11 @@ class FrameJob:
     scene: Scene
     engine: str
     chains: Chains | None = None
+
+    def snapshot(self, frame: Frame) -> Snapshot:
+        """Read a state: what is needed of it, or all of it for a function of the caller's."""
+        source = self.scene.source
+        return self.outputs.snapshot(frame, source if isinstance(source, Field) else None)
 
     def part(self, frames: Sequence[Frame]) -> FrameJob:
         """Return the same with other frames."""
@@ -99,7 +105,7 @@ def draw_frames(job: FrameJob) -> Iterator[Image]:
     """Draw frames one after the other, all of the same size."""
     page = _Page(job)
     for frame in job.frames:
-        yield page.draw(job.outputs.snapshot(frame, job.scene.field))
+        yield page.draw(job.snapshot(frame))
 
 
 def frame_images(job: FrameJob, workers: int | None) -> Iterator[Image]:
@@ -114,14 +120,14 @@ def frame_images(job: FrameJob, workers: int | None) -> Iterator[Image]:
     seconds = 0.0
     for frame in job.frames[:2]:
         start = clock.perf_counter()
-        yield page.draw(job.outputs.snapshot(frame, job.scene.field))
+        yield page.draw(job.snapshot(frame))
         seconds = clock.perf_counter() - start
     rest = job.frames[2:]
     count = len(os.sched_getaffinity(0)) if workers is None else workers
     count = min(count, len(rest))
     if count < 2 or (workers is None and seconds * len(rest) < _WORTH_SECONDS):
         for frame in rest:
-            yield page.draw(job.outputs.snapshot(frame, job.scene.field))
+            yield page.draw(job.snapshot(frame))
         return
     yield from _by_processes(job, rest, count)
 
@@ -213,9 +219,15 @@ def _write_gif(path: Path, images: Iterator[Image], fps: float, shades: Image) -
     kept = (palette.getpalette() or [])[: 3 * _GIF_COLOURS]
     palette.putpalette([*kept, *first[0, 0].tolist()])
 
+    page = first[0, 0]
+
     def reduced(picture: Image) -> Any:
-        image = Pillow.fromarray(picture)
-        return image.quantize(palette=palette, dither=Pillow.Dither.NONE)
+        image = Pillow.fromarray(picture).quantize(palette=palette, dither=Pillow.Dither.NONE)
+        numbers = np.array(image)
+        numbers[(picture == page).all(axis=2)] = _GIF_COLOURS
+        exact = Pillow.fromarray(numbers)
+        exact.putpalette(palette.getpalette() or [])
+        return exact
 
     frames = [reduced(first), *(reduced(picture) for picture in images)]
     frames[0].save(

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from .edges import boundary_edges, split
 from .fields import label_colours
-from .mosaic import Mosaic, boundary_edges, split
 from .scene import Scene, shown_mask
 from .snapshot import Snapshot
 from .torn import torn
@@ -40,6 +40,8 @@ def draw_cells(axes: Axes, snapshot: Snapshot, scene: Scene) -> None:
     Elements torn open by a crack (an edge longer than `TORN` times its reference length)
     are left out, so that cracks show as gaps. This needs the displacement.
     """
+    from .mosaic import Mosaic
+
     plane = snapshot.deformed(scene.look.scale).points[:, :2] * scene.length[0]
     shown = shown_mask(snapshot, scene.look)
     whole, walls, grains, numbers = [], [], [], []
@@ -72,6 +74,8 @@ def _line_colour(scene: Scene) -> str:
 
 
 def _draw_walls(axes: Axes, plane: FloatArray, walls: list[Any], scene: Scene) -> None:
+    from .mosaic import Mosaic
+
     look = scene.look
     if look.walls == "hidden" or not sum(map(len, walls)):
         return

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from .camera import Camera
+from .edges import boundary_edges
 from .fields import label_colours
 from .look import PIXELS_PER_INCH
-from .mosaic import boundary_edges
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

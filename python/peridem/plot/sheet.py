@@ -22,19 +22,21 @@ if TYPE_CHECKING:
 __all__ = ["colour_bar", "draw_state", "grid_shape", "new_sheet"]
 
 _LONG_SIDE = 5.0
-"""Inches of the longer side of a picture without a wanted size; 4.2 in a grid of two."""
+"""Inches of the longer side of a picture without a wanted size."""
+_PAGE = 1.4
+"""Width of a grid without a wanted size, by its height."""
 
 
 def grid_shape(count: int, scene: Scene) -> tuple[int, int]:
-    """Rows and columns of a grid whose page is a little wider than tall."""
+    """Rows and columns of a grid with few holes, on a page a little wider than tall."""
     width, height = np.diff(scene.box, axis=0)[0]
+    wanted = _PAGE if scene.look.size is None else scene.look.size[0] / scene.look.size[1]
     shapes = [(-(-count // columns), columns) for columns in range(1, count + 1)]
-    wanted = 1.4
 
     def badness(shape: tuple[int, int]) -> float:
         rows, columns = shape
         page = columns * width / (rows * height)
-        return abs(float(np.log(page / wanted))) + 0.3 * (rows * columns - count) / count
+        return abs(float(np.log(page / wanted))) + 1.5 * (rows * columns - count) / count
 
     return min(shapes, key=badness)
 

@@ -16,7 +16,6 @@ from ..errors import InputError
 from .camera import Camera, surface_of
 from .fields import Field, label_colours
 from .look import nice
-from .mosaic import Mosaic
 from .scene import Scene, prefix, shown_mask
 from .snapshot import Snapshot
 
@@ -95,6 +94,8 @@ def faces_of(snapshot: Snapshot, scene: Scene) -> Faces:
 
 def _paint(axes: Axes, faces: Faces, scene: Scene, camera: Camera) -> None:
     """Paint triangles from back to front, the farther ones covered by the nearer ones."""
+    from .mosaic import Mosaic
+
     plane = camera.project(faces.points) * scene.length[0]
     depth = faces.points @ camera.towards_viewer
     normals = _normals(faces.points, faces.grains)
@@ -113,6 +114,8 @@ def _paint_walls(axes: Axes, plane: FloatArray, faces: Faces, scene: Scene, came
     """Paint the far sides of walls below the grains, and edges on either side of them."""
     from matplotlib.collections import LineCollection
     from matplotlib.colors import to_rgb
+
+    from .mosaic import Mosaic
 
     if not len(faces.walls):
         return
