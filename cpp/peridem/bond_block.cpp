@@ -117,7 +117,9 @@ class PatternBuilder {
     const Index i = body_.start + node;
     return std::span(bonds_.neighbors).subspan(bonds_.begin(i), bonds_.end(i) - bonds_.begin(i));
   }
-  Index placeOf(Index global) const { return place_[static_cast<std::size_t>(global - body_.start)]; }
+  Index placeOf(Index global) const {
+    return place_[static_cast<std::size_t>(global - body_.start)];
+  }
 
   // Appends nodes in bisection order, padded to whole tiles.
   void append(const std::vector<Index>& nodes) {
@@ -159,8 +161,7 @@ class PatternBuilder {
       pattern_.volume[k] = volume;
       pattern_.inverse_volume[k] = volume > 0 ? 1 / volume : 0;
       if (lps == nullptr) continue;
-      const Real m =
-          state_.weighted_volume[node] / (volume_unit * body_.horizon * body_.horizon);
+      const Real m = state_.weighted_volume[node] / (volume_unit * body_.horizon * body_.horizon);
       pattern_.dilatation_factor[k] = lps->dilatationFactor(m) * pattern_.inverse_volume[k];
       pattern_.a[k] = lps->a(m);
       pattern_.b[k] = lps->b(m);

@@ -22,7 +22,8 @@ std::array<Choice, 3> choices() {
   const bool has_avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
                           __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
   return {Choice{"avx512", avx512::runBlock, avx512::moveNodes, has_avx512 && has_avx2},
-          Choice{"avx2", avx2::runBlock, avx2::moveNodes, has_avx2}, Choice{"baseline", baseline::runBlock, baseline::moveNodes, true}};
+          Choice{"avx2", avx2::runBlock, avx2::moveNodes, has_avx2},
+          Choice{"baseline", baseline::runBlock, baseline::moveNodes, true}};
 #else
   return {Choice{"avx512", nullptr, nullptr, false}, Choice{"avx2", nullptr, nullptr, false},
           Choice{"baseline", baseline::runBlock, baseline::moveNodes, true}};

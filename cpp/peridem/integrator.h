@@ -31,7 +31,7 @@ struct KickAndDrift {
   Real k = 0;
   Real dt = 0;
   Real speed_limit = 0;
-  const std::vector<std::uint8_t>* locked = nullptr;        // bit d: direction d of a node is not moved
+  const std::vector<std::uint8_t>* locked = nullptr;  // bit d: direction d of a node is not moved
   const std::vector<std::uint8_t>* locked_bodies = nullptr;  // 1: some node of the body is locked
 
   // Moves the nodes [begin, end), leaving locked directions alone.

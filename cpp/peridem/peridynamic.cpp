@@ -117,8 +117,7 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
   for (const Particle& body : bodies)
     if (body.constrained || body.nodes() > sizes.whole)
       for (Index begin = body.start; begin < body.stop; begin += nodes_of_range)
-        other_nodes_.push_back(
-            {begin, std::min(begin + nodes_of_range, body.stop), body.id});
+        other_nodes_.push_back({begin, std::min(begin + nodes_of_range, body.stop), body.id});
 }
 
 void PeridynamicForce::addWholeBodies(const State& state, const BondTable& bonds,
@@ -182,9 +181,8 @@ void PeridynamicForce::makeTables(const std::vector<Particle>& bodies, Tables ta
     if (block.body != pattern_bodies_[block.pattern]) shared[block.pattern] = 1;
   std::size_t n_all = 0;
   for (const BondPattern& pattern : patterns_) n_all += pattern.groups.size() * group_numbers;
-  const bool keep_all =
-      tables == Tables::all ||
-      (tables == Tables::automatic && n_all * sizeof(double) <= quarterOfMemory());
+  const bool keep_all = tables == Tables::all || (tables == Tables::automatic &&
+                                                  n_all * sizeof(double) <= quarterOfMemory());
   std::size_t n = 0;
   for (std::size_t k = 0; k < patterns_.size(); ++k) {
     const Influence& influence = influences_[static_cast<std::size_t>(pattern_bodies_[k])];
@@ -218,40 +216,38 @@ BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
   double* const table = first == no_table ? nullptr : numbers_.data() + first;
   const Real volume_unit = std::pow(body.horizon, dimension_);
   // Force density in the model over that in the frame.
-  const Real force_unit =
-      std::holds_alternative<Lps>(body.law) ? 1 / body.horizon : volume_unit;
-  BlockView view{
-      pattern.n_own,
-      pattern.n_padded,
-      pattern.n_halo,
-      pattern.tiles.size(),
-      pattern.nodes.data(),
-      pattern.halo_places.data(),
-      pattern.tiles.data(),
-      pattern.groups.data(),
-      table,
-      intact_.data() + block.first_group,
-      {pattern.z_ref[0].data(), pattern.z_ref[1].data(), pattern.z_ref[2].data()},
-      pattern.volume.data(),
-      pattern.inverse_volume.data(),
-      pattern.dilatation_factor.data(),
-      pattern.a.data(),
-      pattern.b.data(),
-      static_cast<std::size_t>(body.start),
-      static_cast<std::size_t>(body.center_node),
-      {},
-      {},
-      {},
-      body.self_contact_radius / body.horizon,
-      body.self_contact_kn * volume_unit * body.horizon / force_unit,
-      {{exchange.z[0].data(), exchange.z[1].data(), exchange.z[2].data()},
-       exchange.theta.data(),
-       pattern.first_place},
-      influences_[static_cast<std::size_t>(body.id)].numbers(),
-      {},
-      false,
-      {},
-      0};
+  const Real force_unit = std::holds_alternative<Lps>(body.law) ? 1 / body.horizon : volume_unit;
+  BlockView view{pattern.n_own,
+                 pattern.n_padded,
+                 pattern.n_halo,
+                 pattern.tiles.size(),
+                 pattern.nodes.data(),
+                 pattern.halo_places.data(),
+                 pattern.tiles.data(),
+                 pattern.groups.data(),
+                 table,
+                 intact_.data() + block.first_group,
+                 {pattern.z_ref[0].data(), pattern.z_ref[1].data(), pattern.z_ref[2].data()},
+                 pattern.volume.data(),
+                 pattern.inverse_volume.data(),
+                 pattern.dilatation_factor.data(),
+                 pattern.a.data(),
+                 pattern.b.data(),
+                 static_cast<std::size_t>(body.start),
+                 static_cast<std::size_t>(body.center_node),
+                 {},
+                 {},
+                 {},
+                 body.self_contact_radius / body.horizon,
+                 body.self_contact_kn * volume_unit * body.horizon / force_unit,
+                 {{exchange.z[0].data(), exchange.z[1].data(), exchange.z[2].data()},
+                  exchange.theta.data(),
+                  pattern.first_place},
+                 influences_[static_cast<std::size_t>(body.id)].numbers(),
+                 {},
+                 false,
+                 {},
+                 0};
   const Real h = body.mesh_size / body.horizon;
   view.reference = {(1 - h / 2) / (1 - fuzzy_tolerance), (1 - h / 2) / h, 1 / h};
   for (int d = 0; d < 3; ++d)
@@ -312,8 +308,8 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
   const auto n_ranges = static_cast<std::ptrdiff_t>(other_nodes_.size());
   const auto n_whole = static_cast<std::ptrdiff_t>(whole_.size());
   const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
-  // Bodies that follow each other, so that a thread can fetch its next one early; few enough that no
-  // thread ends with a long share.
+  // Bodies that follow each other, so that a thread can fetch its next one early; few enough that
+  // no thread ends with a long share.
   const std::ptrdiff_t bodies_at_a_time =
       std::clamp<std::ptrdiff_t>(n_whole / (32 * threads), 1, 8);
   Kick kicked;
@@ -342,9 +338,9 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
 #pragma omp for schedule(dynamic, bodies_at_a_time)
     for (std::ptrdiff_t k = 0; k < n_whole; ++k) {
       const auto block = static_cast<std::size_t>(k);
-      const Particle* next =
-          block + 1 < whole_.size() ? &bodies[static_cast<std::size_t>(whole_[block + 1].body)]
-                                    : nullptr;
+      const Particle* next = block + 1 < whole_.size()
+                                 ? &bodies[static_cast<std::size_t>(whole_[block + 1].body)]
+                                 : nullptr;
       runBlock(Stage::whole, whole_[block], next);
     }
 #pragma omp for schedule(dynamic, 1)
@@ -393,7 +389,8 @@ void PeridynamicForce::computeDamage(State& state, int threads) {
 }
 
 void PeridynamicForce::importFlags(const BondTable& bonds, const std::vector<Particle>& bodies) {
-  const bool all_intact = std::find(bonds.intact.begin(), bonds.intact.end(), 0) == bonds.intact.end();
+  const bool all_intact =
+      std::find(bonds.intact.begin(), bonds.intact.end(), 0) == bonds.intact.end();
   for (const auto* blocks : {&whole_, &pieces_})
     for (const Block& block : *blocks) {
       const BondPattern& pattern = patterns_[block.pattern];

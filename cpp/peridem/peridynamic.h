@@ -104,12 +104,12 @@ class PeridynamicForce {
   std::vector<BondPattern> patterns_;
   // Tables: group_numbers for each group, weights with V_i V_j. One array, as large ones stream.
   AlignedArray numbers_;
-  std::vector<std::size_t> first_number_;  // of each pattern; no_table
-  std::vector<Index> pattern_bodies_;  // the first body that has the pattern
-  std::vector<Block> whole_;      // blocks that are whole bodies, largest first
-  std::vector<Block> pieces_;     // blocks of partitioned bodies
-  std::vector<Exchange> exchanges_;  // of each body; empty for whole ones
-  std::vector<LaneBits> intact_;  // of the groups of all blocks
+  std::vector<std::size_t> first_number_;          // of each pattern; no_table
+  std::vector<Index> pattern_bodies_;              // the first body that has the pattern
+  std::vector<Block> whole_;                       // blocks that are whole bodies, largest first
+  std::vector<Block> pieces_;                      // blocks of partitioned bodies
+  std::vector<Exchange> exchanges_;                // of each body; empty for whole ones
+  std::vector<LaneBits> intact_;                   // of the groups of all blocks
   std::vector<std::unique_ptr<Scratch>> scratch_;  // one per thread
   bool state_based_stage_ = true;                  // see the constructor
   bool dilatation_known_ = false;                  // of partitioned bodies, by a compute()

@@ -153,16 +153,16 @@ struct ReferenceBond {
     const double* const places[3] = {block.z_ref[0], block.z_ref[1], block.z_ref[2]};
     const Deformed<Dim> bond(tile.positions, places, i);
     number = Law::along_deformed_bond ? bond.length : bond.inverse_length;
-    const Lanes J = partialVolume(block.reference, Influence::at(block.influence, bond.length),
-                                  bond.length);
+    const Lanes J =
+        partialVolume(block.reference, Influence::at(block.influence, bond.length), bond.length);
     weight = Law::weight(J, bond.inverse_length) * (tile.volume * block.volume[i]);
   }
 };
 
 // Elongation e of the bonds of node i with a tile, what the law calls their stretch, and the
 // direction of their forces, times `inverse` a unit vector. Along the deformed bond: number = r,
-// stretch = e. Along the reference bond: number = 1/r, stretch = s. (Results by reference: GCC keeps
-// them in registers, but not the members of a class.)
+// stretch = e. Along the reference bond: number = 1/r, stretch = s. (Results by reference: GCC
+// keeps them in registers, but not the members of a class.)
 template <int Dim, class Law>
 PERIDEM_INLINE void stretchOf(const BlockView& block, const Deformed<Dim>& bond,
                               const Lanes& number, std::size_t i, std::size_t tile,
@@ -264,8 +264,8 @@ template <int Dim>
     const Deformed<Dim> bonds(TilePositions<Dim>(places, tile), places, i);
     const Lanes gap = bonds.length - block.self_contact_radius;
     const Lanes pressed = block.self_contact_kn * block.volume[i] * gap;
-    const Lanes t = keepProduct(work.close[c].close, pressed * load(block.volume + tile),
-                                bonds.inverse_length);
+    const Lanes t =
+        keepProduct(work.close[c].close, pressed * load(block.volume + tile), bonds.inverse_length);
     for (int d = 0; d < Dim; ++d) {
       double* column = work.column[d] + tile;
       store(column, load(column) - t * bonds.y[d]);
@@ -279,8 +279,8 @@ template <int Dim>
 PERIDEM_INLINE LaneBits closeBroken(const BlockView& block, const Lanes& squared, std::size_t g,
                                     LaneBits intact) {
   const Real Rc = block.self_contact_radius;
-  return static_cast<LaneBits>(greaterBits(broadcast(Rc * Rc), squared) &
-                               block.groups[g].exists & ~intact);
+  return static_cast<LaneBits>(greaterBits(broadcast(Rc * Rc), squared) & block.groups[g].exists &
+                               ~intact);
 }
 
 PERIDEM_INLINE void noteClose(const KernelScratch& work, std::size_t& count, std::size_t i,
@@ -359,15 +359,15 @@ std::size_t dilatationPass(const Lps& law, const BlockView& shared, const NodeAr
         if constexpr (keep_bonds == Keep::bonds) {
           store(work.J_r_by_length + lanes * g, keepProduct(intact, J_r, bond.inverse_length));
           store(work.J_e_by_length + lanes * g, keepProduct(intact, J * e, bond.inverse_length));
-          if (const LaneBits close = closeBroken(block, bond.squared, g, intact); close) [[unlikely]]
+          if (const LaneBits close = closeBroken(block, bond.squared, g, intact); close)
+              [[unlikely]]
             noteClose(work, n_close, i, tile.place, close, row.value);
         }
         if (broken) [[unlikely]]
           markBroken(shared, listener, i, tile.place, g, broken, row.value);
       },
-      [&](const ScalarTile<Dim, table>& tile) PERIDEM_LAMBDA {
-        store(work.column[0] + tile.place, tile.sum);
-      });
+      [&](const ScalarTile<Dim, table>& tile)
+          PERIDEM_LAMBDA { store(work.column[0] + tile.place, tile.sum); });
   double* sums = block.pieces.theta == nullptr ? work.sum : block.pieces.theta + block.pieces.first;
   for (std::size_t k = 0; k < block.n_padded; k += lanes) {
     const Lanes theta =
@@ -401,12 +401,9 @@ void stateBasedForcePass(const BlockView& shared, const NodeArrays& nodes,
   forEachGroup(
       block,
       [&](std::size_t tile) PERIDEM_LAMBDA {
-        return ForceTile<Dim, table>{tile,
-                                     {places, tile},
-                                     {block, tile},
-                                     load(work.theta_a + tile),
-                                     load(block.b + tile),
-                                     {}};
+        return ForceTile<Dim, table>{
+            tile, {places, tile}, {block, tile}, load(work.theta_a + tile), load(block.b + tile),
+            {}};
       },
       [&](ForceTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
         Lanes y[Dim];
@@ -416,18 +413,18 @@ void stateBasedForcePass(const BlockView& shared, const NodeArrays& nodes,
           J_e = load(work.J_e_by_length + lanes * g);
           for (int d = 0; d < Dim; ++d) y[d] = tile.positions.z[d] - places[d][i];
         } else {
-            const Deformed<Dim> bond(tile.positions, places, i);
+          const Deformed<Dim> bond(tile.positions, places, i);
           const LaneBits intact = block.intact[g];
           const auto [r, J] = ReferenceBond<Lps>(block, tile.reference, i, g);
           const Lanes J_by_length = keepProduct(intact, J, bond.inverse_length);
           J_r = keepProduct(intact, J_by_length, r);
           J_e = keepProduct(intact, J_by_length, bond.length - r);
           for (int d = 0; d < Dim; ++d) y[d] = bond.y[d];
-          if (const LaneBits close = closeBroken(block, bond.squared, g, intact); close) [[unlikely]]
+          if (const LaneBits close = closeBroken(block, bond.squared, g, intact); close)
+              [[unlikely]]
             noteClose(work, n_close, i, tile.place, close, row.value);
         }
-        const Lanes t =
-            Lps::force(J_r, J_e, tile.theta_a + work.theta_a[i], tile.b + block.b[i]);
+        const Lanes t = Lps::force(J_r, J_e, tile.theta_a + work.theta_a[i], tile.b + block.b[i]);
         tile.add(work, i, row.value, t, y);
       },
       [&](const ForceTile<Dim, table>& tile) PERIDEM_LAMBDA {
@@ -503,9 +500,8 @@ void damagePass(const Law& law, const BlockView& shared, const NodeArrays& nodes
           store(largest, larger(load(largest), z));
         }
       },
-      [&](const ScalarTile<Dim, table>& tile) PERIDEM_LAMBDA {
-        store(work.column[0] + tile.place, tile.sum);
-      });
+      [&](const ScalarTile<Dim, table>& tile)
+          PERIDEM_LAMBDA { store(work.column[0] + tile.place, tile.sum); });
   for (std::size_t k = 0; k < block.n_own; ++k) {
     double* largest = work.row[0] + lanes * k;
     nodes.damage_z[block.start + static_cast<std::size_t>(block.nodes[k])] =

@@ -45,7 +45,7 @@ struct BlockView {
   std::size_t center;
   double into_frame[3][3];
   double out_of_frame[3][3];
-  double body_force[3];  // density of a force on every node, gravity
+  double body_force[3];        // density of a force on every node, gravity
   double self_contact_radius;  // Rc, in the frame
   double self_contact_kn;
   // Arrays over the places of all pieces of the body; null for whole bodies.
@@ -142,16 +142,16 @@ namespace baseline {
 NodeSpeed moveNodes(const NodeMotion&, const MovingArrays&);
 void runBlock(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
               const KernelScratch&, const BreakListener&);
-}
+}  // namespace baseline
 namespace avx2 {
 NodeSpeed moveNodes(const NodeMotion&, const MovingArrays&);
 void runBlock(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
               const KernelScratch&, const BreakListener&);
-}
+}  // namespace avx2
 namespace avx512 {
 NodeSpeed moveNodes(const NodeMotion&, const MovingArrays&);
 void runBlock(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
               const KernelScratch&, const BreakListener&);
-}
+}  // namespace avx512
 
 }  // namespace peridem

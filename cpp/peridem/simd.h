@@ -48,11 +48,13 @@ PERIDEM_INLINE void store(double* p, const Lanes& a) {
 }
 PERIDEM_INLINE Lanes loadUnaligned(const double* p) {
   Lanes a;
-  for (int k = 0; k < registers; ++k) __builtin_memcpy(&a.part[k], p + register_lanes * k, sizeof(Register));
+  for (int k = 0; k < registers; ++k)
+    __builtin_memcpy(&a.part[k], p + register_lanes * k, sizeof(Register));
   return a;
 }
 PERIDEM_INLINE void storeUnaligned(double* p, const Lanes& a) {
-  for (int k = 0; k < registers; ++k) __builtin_memcpy(p + register_lanes * k, &a.part[k], sizeof(Register));
+  for (int k = 0; k < registers; ++k)
+    __builtin_memcpy(p + register_lanes * k, &a.part[k], sizeof(Register));
 }
 PERIDEM_INLINE Lanes broadcast(double value) {
   Lanes a;
@@ -137,10 +139,20 @@ PERIDEM_INLINE Lanes exponential(const Lanes& a) {
   constexpr double log2e = 1.4426950408889634;          // 1 / ln 2
   constexpr double ln2_high = 0.693147180369123816490;  // ln 2 in two parts, the first of 33 bits
   constexpr double ln2_low = 1.90821492927058770002e-10;
-  constexpr double series[] = {1. / 6227020800., 1. / 479001600., 1. / 39916800., 1. / 3628800.,
-                               1. / 362880.,     1. / 40320.,     1. / 5040.,     1. / 720.,
-                               1. / 120.,        1. / 24.,        1. / 6.,        0.5,
-                               1.,               1.};
+  constexpr double series[] = {1. / 6227020800.,
+                               1. / 479001600.,
+                               1. / 39916800.,
+                               1. / 3628800.,
+                               1. / 362880.,
+                               1. / 40320.,
+                               1. / 5040.,
+                               1. / 720.,
+                               1. / 120.,
+                               1. / 24.,
+                               1. / 6.,
+                               0.5,
+                               1.,
+                               1.};
   const Lanes bounded = larger(a, broadcast(-700.0));
   const Lanes shifted = multiplyAdd(bounded, broadcast(log2e), broadcast(shift));
   const Lanes n = shifted - shift;
@@ -149,8 +161,9 @@ PERIDEM_INLINE Lanes exponential(const Lanes& a) {
   Lanes sum = broadcast(series[0]);
   for (int k = 1; k < 14; ++k) sum = multiplyAdd(sum, t, broadcast(series[k]));
   for (int k = 0; k < registers; ++k)
-    sum.part[k] = reinterpret_cast<Register>(reinterpret_cast<RegisterMask>(sum.part[k]) +
-                                             (reinterpret_cast<RegisterMask>(shifted.part[k]) << 52));
+    sum.part[k] =
+        reinterpret_cast<Register>(reinterpret_cast<RegisterMask>(sum.part[k]) +
+                                   (reinterpret_cast<RegisterMask>(shifted.part[k]) << 52));
   return sum;
 }
 
