@@ -1,5 +1,6 @@
 #include "peridem/energy.h"
 #include "peridem/fragments.h"
+#include "peridem/node_sums.h"
 #include "support.h"
 
 namespace peridem::test {
@@ -131,6 +132,21 @@ TEST_CASE("fragments: connected components of intact bonds, by first nodes") {
   CHECK(fragmentLabels(bonds, 6) == std::vector<Index>{0, 0, 1, 2, 0, 2});
   // Nodes without rows: bonds are not built yet.
   CHECK(fragmentLabels(BondTable(), 2) == std::vector<Index>{0, 1});
+}
+
+TEST_CASE("energy: sums over nodes do not depend on the number of threads") {
+  constexpr std::size_t n = 5001;  // ten chunks, the last of them short
+  Random random(5);
+  std::vector<Real> values(n);
+  for (Real& value : values) value = random();
+  const auto sum = [&](int threads) {
+    return sumOverNodes<2>(n, threads, [&](std::size_t i, auto& sums) {
+      sums[0] += values[i];
+      sums[1] += 1;
+    });
+  };
+  CHECK(sum(1)[1] == n);
+  for (const int threads : {2, 3, 8}) CHECK(sum(threads) == sum(1));
 }
 
 TEST_CASE("energy: accounts that do not fit the model are refused") {
