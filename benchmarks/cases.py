@@ -1,126 +1,219 @@
-"""Models to measure, written as decks into a folder."""
+"""What is measured: the cases of the suite, by group."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-from matplotlib.tri import Triangulation
-from ruamel.yaml import YAML
+NEIGHBOURS = {2: 45.0, 3: 78.0}
+"""Mean number of neighbours of a node: those of the paper's meshes, and of LAMMPS's 3D ones."""
 
-HORIZON_BY_SPACING = 3.8
-"""Horizon over node distance: about 45 neighbours in 2D, as in the paper's meshes."""
+GRAIN_NODES = {2: 205, 3: 350}
+"""Nodes of a grain: 403 grains of Figure 24 have 82,430 nodes."""
 
-RADIUS = 1e-3  # [m]
+FIGURE_24 = (25, 51, 96, 200, 403)
+"""Numbers of grains in Figure 24 of Jha et al. 2021."""
+
+GROUPS = {
+    "peridynamics": "Peridynamics alone: grains out of reach of each other, or one body",
+    "laws": "Other materials, and broken bonds",
+    "contact": "Contact alone: 400 grains that touch, moved by hand",
+    "steps": "Whole steps",
+    "figure24": "Whole steps, growth with the number of grains (205 nodes each)",
+    "threads": "Whole steps on several threads",
+    "simd": "Instruction sets",
+    "setup": "From the files of a deck to the first forces",
+    "decks": "Whole steps of the decks asked for",
+}
 
 
 @dataclass(frozen=True)
 class Case:
-    """A benchmark: `grains` discs of about `nodes` nodes each, side by side, falling together."""
+    """A case: a scene (see scenes.py) or a deck, and what to measure of it.
+
+    `kind` is "step" (whole steps), "force" (whole steps, and the peridynamic forces alone),
+    "contact" (contact forces while the grains move `rate` node distances a step) or "setup".
+    `rounds` bounds the number of processes that measure it: large models are built once.
+    """
 
     name: str
-    grains: int
-    nodes: int
-    what: str
+    group: str
+    kind: str
+    scene: str = "grains"
+    options: dict[str, Any] = field(default_factory=dict)
+    threads: int = 1
+    simd: str = ""
+    rate: float = 0.0
+    deck: str = ""
+    skip: int = 0
+    rounds: int = 99
+
+    def as_dict(self) -> dict[str, Any]:
+        return asdict(self)
 
 
-CASES = (
-    Case("two_circles", 2, 120, "two discs meeting, the smallest model of the papers"),
-    Case("grains_25", 25, 200, "25 grains, as in Figure 24 of the paper"),
-    Case("grains_100", 100, 200, "100 grains"),
-    Case("grains_400", 400, 200, "400 grains: 80,000 nodes, beyond the second-level cache"),
-    Case("body_1e4", 1, 10_000, "one body of 10,000 nodes, cut into blocks"),
-    Case("body_1e5", 1, 100_000, "one body of 100,000 nodes"),
-)
+def thread_counts(cores: int) -> list[int]:
+    """1, 2, 4, ... and all cores."""
+    counts = {1, cores}
+    k = 2
+    while k < cores:
+        counts.add(k)
+        k *= 2
+    return sorted(counts)
 
 
-def disc(n_nodes: int) -> tuple[np.ndarray, np.ndarray, float]:
-    """Triangular lattice in a disc of radius `RADIUS`: points (n, 2), triangles (m, 3), spacing."""
-    h = RADIUS * np.sqrt(2 * np.pi / (np.sqrt(3) * n_nodes))
-    rows = int(RADIUS / (h * np.sqrt(3) / 2)) + 1
-    points = [
-        (h * (i + 0.5 * (j % 2)), j * h * np.sqrt(3) / 2)
-        for j in range(-rows, rows + 1)
-        for i in range(-int(RADIUS / h) - 2, int(RADIUS / h) + 3)
-    ]
-    lattice = np.array(points)
-    # A little disorder, as in real meshes; reproducible.
-    lattice = lattice + np.random.default_rng(1).uniform(-0.05 * h, 0.05 * h, lattice.shape)
-    lattice = lattice[np.hypot(*lattice.T) < RADIUS]
-    lattice = lattice[np.argsort(np.hypot(*lattice.T), kind="stable")]
-    mesh = Triangulation(*lattice.T)
-    a, b, c = (lattice[mesh.triangles[:, k]] for k in range(3))
-    area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-    return lattice, mesh.triangles[area > 0.05 * h * h], float(h)
-
-
-def write_msh(path: Path, points: np.ndarray, triangles: np.ndarray) -> None:
-    """Write a MSH 2.2 file."""
-    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", str(len(points))]
-    lines += [f"{k} {x:.17g} {y:.17g} 0" for k, (x, y) in enumerate(points, 1)]
-    lines += ["$EndNodes", "$Elements", str(len(triangles))]
-    lines += [f"{k} 2 2 1 1 {a + 1} {b + 1} {c + 1}" for k, (a, b, c) in enumerate(triangles, 1)]
-    lines += ["$EndElements", ""]
-    path.write_text("\n".join(lines))
-
-
-def write_deck(case: Case, folder: Path, law: str = "PDState") -> Path:
-    """Write the deck of a case; returns its YAML file."""
-    folder.mkdir(parents=True, exist_ok=True)
-    points, triangles, h = disc(case.nodes)
-    write_msh(folder / "disc.msh", points, triangles)
-    horizon = HORIZON_BY_SPACING * h
-    columns = int(np.ceil(np.sqrt(case.grains)))
-    step = 2 * RADIUS + 0.9 * h
-    rows = [
-        f"0, {(k % columns) * step:.9g}, {(k // columns) * step:.9g}, 0, {RADIUS}, "
-        f"{0.37 * k % 6.28:.6f}"
-        for k in range(case.grains)
-    ]
-    (folder / "places.csv").write_text("i, x, y, z, r, o\n" + "\n".join(rows) + "\n")
-    bulk, density = 2.16e7, 1200.0
-    dt = 0.2 * h / np.sqrt(bulk / density)
-    deck = {
-        "Model": {
-            "Dimension": 2,
-            "Discretization_Type": {"Time": "central_difference"},
-            "Final_Time": float(dt * 1_000_000),
-            "Time_Steps": 1_000_000,
-        },
-        "Zone": {"Zones": 1, "Zone_1": {"Is_Wall": False}},
-        "Particle": {"Zone_1": {"Type": "circle", "Parameters": [RADIUS, 0.0, 0.0, 0.0]}},
-        "Particle_Generation": {"From_File": "places.csv", "File_Data_Type": "loc_rad_orient"},
-        "Mesh": {"Zone_1": {"File": "disc.msh"}},
-        "Contact": {
-            "Zone_11": {
-                "Contact_Radius_Factor": 0.95,
-                "Kn": float(18 * bulk / (np.pi * (6e-4) ** 5)),
-                "Epsilon": 0.95,
-                "Friction_Coeff": 0.2,
-            }
-        },
-        "Material": {
-            "Zone_1": {
-                "Type": law,
-                "Horizon": float(horizon),
-                "Density": density,
-                "K": bulk,
-                **({"G": 1.296e7} if law == "PDState" else {}),
-                "Gc": 50.0,
-                "Influence_Function": {"Type": 1},
-            }
-        },
-        "Force_BC": {"Gravity": [0.0, -10.0, 0.0]},
-        "IC": {
-            "Constant_Velocity": {
-                "Velocity_Vector": [0.1, -1.0, 0.0],
-                "Particle_List": list(range(1, case.grains)) or [0],
-            }
-        },
-        "Output": {"Path": "out", "Tags": ["Displacement"], "Output_Interval": 1_000_000},
+def _model(nodes: int, dimension: int, layout: str, **more: Any) -> dict[str, Any]:
+    """Options of `scenes.grains` for so many nodes, in grains out of reach or as one body."""
+    each = GRAIN_NODES[dimension] if layout == "grains" else nodes
+    return {
+        "count": max(1, round(nodes / each)),
+        "nodes": each,
+        "neighbours": NEIGHBOURS[dimension],
+        "dimension": dimension,
+        "gap": 10.0,
+        **more,
     }
-    path = folder / "input.yaml"
-    with path.open("w") as stream:
-        YAML().dump(deck, stream)
-    return path
+
+
+def _peridynamics() -> Iterator[Case]:
+    for dimension in (2, 3):
+        for layout in ("grains", "body"):
+            for power in (4, 5, 6):
+                yield Case(
+                    f"pd{dimension}d_{layout}_1e{power}",
+                    "peridynamics",
+                    "force",
+                    options=_model(10**power, dimension, layout),
+                    rounds=1 if power == 6 else 99,
+                )
+
+
+def _laws() -> Iterator[Case]:
+    for dimension in (2, 3):
+        for layout in ("grains", "body"):
+            for percent in (10, 50):
+                yield Case(
+                    f"pd{dimension}d_{layout}_1e5_broken{percent}",
+                    "laws",
+                    "force",
+                    options=_model(10**5, dimension, layout, broken=percent / 100),
+                )
+        for law in ("PMBBond", "RNPBond", "PDElasticBond"):
+            name = f"{law.lower()}{dimension}d_grains_1e5"
+            options = _model(10**5, dimension, "grains", law=law)
+            yield Case(name, "laws", "force", options=options)
+    yield Case(
+        "pmbbond2d_grains_1e5_broken50",
+        "laws",
+        "force",
+        options=_model(10**5, 2, "grains", law="PMBBond", broken=0.5),
+    )
+    yield Case(
+        "pd2d_body_1e5_shuffled",
+        "laws",
+        "force",
+        options=_model(10**5, 2, "body", order="random"),
+    )
+
+
+def _touching(count: int, dimension: int = 2, **more: Any) -> dict[str, Any]:
+    return {
+        "count": count,
+        "nodes": GRAIN_NODES[dimension],
+        "neighbours": NEIGHBOURS[dimension],
+        "dimension": dimension,
+        **more,
+    }
+
+
+def _contact(cores: int) -> Iterator[Case]:
+    # The paper's grains move about 2e-4 node distances in a step.
+    for label, rate in (("slow", 2e-4), ("fast", 2e-3)):
+        for threads in sorted({1, cores}):
+            name = f"contact2d_{label}" + (f"_t{threads}" if threads > 1 else "")
+            options = _touching(400)
+            yield Case(name, "contact", "contact", options=options, rate=rate, threads=threads)
+        options = _touching(216, 3)
+        yield Case(f"contact3d_{label}", "contact", "contact", options=options, rate=rate)
+
+
+TWO_CIRCLES = {"count": 2, "nodes": 123, "neighbours": 27.9}
+COMPRESSION_SMALL = {"columns": 5, "rows": 3, "count": 15}
+COMPRESSION_LARGE = {"columns": 22, "rows": 16, "count": 350}
+
+
+def _steps(cores: int) -> Iterator[Case]:
+    yield Case("two_circles", "steps", "step", options=TWO_CIRCLES)
+    yield Case("compression_small", "steps", "step", "compression", COMPRESSION_SMALL)
+    for threads in sorted({1, cores}):
+        name = "compression_large" + (f"_t{threads}" if threads > 1 else "")
+        yield Case(name, "steps", "step", "compression", COMPRESSION_LARGE, threads=threads)
+    yield Case("spheres_216", "steps", "step", options=_touching(216, 3))
+
+
+def _figure24() -> Iterator[Case]:
+    for count in (*FIGURE_24, 4000):
+        rounds = 1 if count == 4000 else 99
+        yield Case(f"grains_{count}", "figure24", "step", options=_touching(count), rounds=rounds)
+
+
+def _threads(cores: int) -> Iterator[Case]:
+    for threads in thread_counts(cores)[1:]:
+        grains = _touching(403)
+        yield Case(f"grains_403_t{threads}", "threads", "step", options=grains, threads=threads)
+        yield Case(
+            f"pd2d_body_1e6_t{threads}",
+            "threads",
+            "force",
+            options=_model(10**6, 2, "body"),
+            threads=threads,
+            rounds=1,
+        )
+
+
+def _simd() -> Iterator[Case]:
+    for dimension in (2, 3):
+        for simd in ("avx512", "avx2", "baseline"):
+            options = _model(10**5, dimension, "grains")
+            yield Case(
+                f"pd{dimension}d_grains_1e5_{simd}", "simd", "force", options=options, simd=simd
+            )
+
+
+def _setup() -> Iterator[Case]:
+    yield Case("setup_compression_large", "setup", "setup", "compression", COMPRESSION_LARGE)
+    yield Case("setup_grains_403", "setup", "setup", options=_touching(403))
+    yield Case("setup_spheres_216", "setup", "setup", options=_touching(216, 3))
+    body = _model(10**5, 2, "body")
+    yield Case("setup_body_1e5", "setup", "setup", options=body, rounds=1)
+
+
+def all_cases(cores: int | None = None) -> list[Case]:
+    """Every case of the suite for a machine with so many cores."""
+    if cores is None:
+        cores = len(os.sched_getaffinity(0))
+    return [
+        *_peridynamics(),
+        *_laws(),
+        *_contact(cores),
+        *_steps(cores),
+        *_figure24(),
+        *_threads(cores),
+        *_simd(),
+        *_setup(),
+    ]
+
+
+QUICK = ("pd2d_grains_1e4", "pd3d_grains_1e4", "two_circles", "compression_small", "contact2d_slow")
+"""What --quick runs when nothing is named."""
+
+
+def deck_case(path: Path, threads: int, skip: int) -> Case:
+    """The case of a deck."""
+    name = f"{path.resolve().parent.name}/{path.stem}" + (f"_t{threads}" if threads > 1 else "")
+    return Case(
+        name, "decks", "step", deck=str(path.resolve()), scene="deck", threads=threads, skip=skip
+    )

@@ -11,6 +11,8 @@ cd "$(dirname "$0")/.."
 extra=${1:-}
 
 packages="g++ libeigen3-dev libmetis-dev libnanoflann-dev python3-dev python3-venv"
+# what gmsh, which meshes shapes, loads even without a screen
+packages="$packages libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1"
 [ "$extra" = test ] && packages="$packages doctest-dev"
 
 missing=""
@@ -33,4 +35,4 @@ fi
 
 echo "== Python packages and peridem itself, into .venv"
 [ -x .venv/bin/pip ] || python3 -m venv --clear .venv
-.venv/bin/pip install --disable-pip-version-check ".${extra:+[$extra]}"
+.venv/bin/pip install --disable-pip-version-check ".[mesh${extra:+,$extra}]"

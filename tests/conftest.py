@@ -1,6 +1,7 @@
 """Puts the tests' own modules, `helpers` and `reference`, within reach of every test."""
 
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -21,3 +22,11 @@ def pytest_configure() -> None:
 def deck_folder(tmp_path: Path) -> DeckFolder:
     """Decks with their meshes in a temporary folder."""
     return DeckFolder(tmp_path)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _mesh_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep meshes in a folder of the tests, not in the user's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PERIDEM_CACHE", str(tmp_path_factory.mktemp("meshes")))
+        yield

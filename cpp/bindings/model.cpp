@@ -2,6 +2,7 @@
 
 #include "bindings.h"
 #include "peridem/errors.h"
+#include "peridem/memory.h"
 
 namespace peridem::bindings {
 
@@ -86,6 +87,24 @@ py::dict timings(const DEMModel& model) {
   result["contact"] = t.contact;
   result["external"] = t.external;
   result["integration"] = t.integration;
+  return result;
+}
+
+py::dict memoryCosts() {
+  const MemoryCosts costs;
+  py::dict result;
+  result["node"] = costs.node;
+  result["bond"] = costs.bond;
+  result["place"] = costs.place;
+  result["halo"] = costs.halo;
+  result["exchange"] = costs.exchange;
+  result["tile_bonds"] = costs.tile_bonds;
+  result["group"] = costs.group;
+  result["table"] = costs.table;
+  result["flags"] = costs.flags;
+  result["tile"] = costs.tile;
+  result["whole"] = costs.whole;
+  result["piece"] = costs.piece;
   return result;
 }
 
@@ -177,6 +196,7 @@ void restore(DEMModel& model, Offset n, Real time, const py::array_t<Index>& nod
 void bindModel(py::module_& m) {
   bindState(m);
   bindParticle(m);
+  m.def("memory_costs", &memoryCosts);
   using Release = py::call_guard<py::gil_scoped_release>;
   py::class_<DEMModel>(m, "DEMModel")
       .def(py::init<ModelDeck, int>(), py::arg("deck"), py::arg("threads"), Release())

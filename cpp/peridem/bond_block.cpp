@@ -5,6 +5,7 @@
 #endif
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <new>
 #include <numeric>
@@ -35,26 +36,12 @@ AlignedArray::AlignedArray(std::size_t n) : size_(n) {
   std::memset(data_.get(), 0, bytes);
 }
 
-std::size_t BondBlock::bytes() const {
+std::size_t BondPattern::bytes() const {
   const std::size_t doubles = z_ref[0].size() + z_ref[1].size() + z_ref[2].size() + volume.size() +
-                              weighted_volume.size() + a.size() + b.size();
-  return doubles * sizeof(double) + nodes.size() * sizeof(Index) +
-         n_groups * (sizeof(BondGroup) + group_numbers * sizeof(double));
-}
-
-void BondGroups::pack(std::span<BondBlock* const> blocks) {
-  std::size_t total = 0;
-  for (const BondBlock* block : blocks) total += block->n_groups;
-  groups.reserve(total);
-  numbers = AlignedArray(total * group_numbers);
-  for (BondBlock* block : blocks) {
-    block->first_group = groups.size();
-    std::copy(block->numbers.begin(), block->numbers.end(),
-              numbers.data() + groups.size() * group_numbers);
-    groups.insert(groups.end(), block->groups.begin(), block->groups.end());
-    std::vector<Real>().swap(block->numbers);
-    std::vector<BondGroup>().swap(block->groups);
-  }
+                              inverse_volume.size() + dilatation_factor.size() + a.size() +
+                              b.size();
+  return doubles * sizeof(double) + (nodes.size() + n_halo) * sizeof(Index) +
+         tiles.size() * sizeof(TileBonds) + groups.size() * sizeof(BondGroup);
 }
 
 namespace {
@@ -91,157 +78,289 @@ std::vector<Index> bisectionOrder(std::span<const Vec3> points) {
 
 namespace {
 
-// Builds one block; `place` maps the nodes of the body to places in the block (-1: not in it).
-class BlockBuilder {
- public:
-  BlockBuilder(const State& state, const BondTable& bonds, const Particle& body,
-               const Influence& influence, std::vector<Index>& place)
-      : state_(state), bonds_(bonds), body_(body), influence_(influence), place_(place) {}
+// A node and the lanes of a tile that it is bonded with.
+struct Row {
+  Index row;
+  LaneBits exists;
+};
 
-  BondBlock build(const std::vector<Index>& own, bool whole_body) {
-    block_ = BondBlock();
-    block_.body = body_.id;
-    block_.whole_body = whole_body;
-    block_.n_own = own.size();
+// Builds one pattern; `place` maps the nodes of the body to places in it (-1: not in it).
+class PatternBuilder {
+ public:
+  PatternBuilder(const State& state, const BondTable& bonds, const Particle& body, int dimension,
+                 std::vector<Index>& place)
+      : state_(state), bonds_(bonds), body_(body), dimension_(dimension), place_(place) {}
+
+  BondPattern build(const std::vector<Index>& own) {
+    pattern_ = BondPattern();
+    pattern_.n_own = own.size();
     append(own);
-    block_.n_padded = block_.nodes.size();
-    if (!whole_body) append(haloOf(own));
-    block_.n_all = block_.nodes.size();
+    pattern_.n_padded = pattern_.nodes.size();
+    const std::vector<Index> halo = haloOf(own);
+    pattern_.n_halo = halo.size();
+    append(halo);
+    pattern_.n_all = pattern_.nodes.size();
     fillNodes();
     fillGroups();
-    for (const Index node : block_.nodes)
-      if (node >= 0) place_[static_cast<std::size_t>(node - body_.start)] = -1;
-    return std::move(block_);
+    for (const Index node : pattern_.nodes)
+      if (node >= 0) place_[static_cast<std::size_t>(node)] = -1;
+    return std::move(pattern_);
   }
 
  private:
+  static constexpr Index tile_size = static_cast<Index>(tile_nodes);
+
+  std::size_t globalNode(Index node) const { return static_cast<std::size_t>(body_.start + node); }
+
+  // Global numbers.
   std::span<const Index> neighborsOf(Index node) const {
-    const auto row = static_cast<std::size_t>(node);
-    const auto begin = static_cast<std::size_t>(bonds_.offsets[row]);
-    const auto end = static_cast<std::size_t>(bonds_.offsets[row + 1]);
-    return std::span(bonds_.neighbors).subspan(begin, end - begin);
+    const Index i = body_.start + node;
+    return std::span(bonds_.neighbors).subspan(bonds_.begin(i), bonds_.end(i) - bonds_.begin(i));
+  }
+  Index placeOf(Index global) const {
+    return place_[static_cast<std::size_t>(global - body_.start)];
   }
 
   // Appends nodes in bisection order, padded to whole tiles.
   void append(const std::vector<Index>& nodes) {
     std::vector<Vec3> points;
-    for (const Index node : nodes) points.push_back(state_.x_ref[static_cast<std::size_t>(node)]);
+    for (const Index node : nodes) points.push_back(state_.x_ref[globalNode(node)]);
     for (const Index k : bisectionOrder(points)) {
       const Index node = nodes[static_cast<std::size_t>(k)];
-      place_[static_cast<std::size_t>(node - body_.start)] =
-          static_cast<Index>(block_.nodes.size());
-      block_.nodes.push_back(node);
+      place_[static_cast<std::size_t>(node)] = static_cast<Index>(pattern_.nodes.size());
+      pattern_.nodes.push_back(node);
     }
-    block_.nodes.resize(wholeTiles(block_.nodes.size()), -1);
+    pattern_.nodes.resize(wholeTiles(pattern_.nodes.size()), -1);
   }
 
   std::vector<Index> haloOf(const std::vector<Index>& own) const {
     std::vector<Index> halo;
     for (const Index i : own)
       for (const Index j : neighborsOf(i))
-        if (place_[static_cast<std::size_t>(j - body_.start)] < 0) halo.push_back(j);
+        if (placeOf(j) < 0) halo.push_back(j - body_.start);
     std::sort(halo.begin(), halo.end());
     halo.erase(std::unique(halo.begin(), halo.end()), halo.end());
     return halo;
   }
 
   void fillNodes() {
-    const std::size_t n = block_.n_all;
-    for (auto& component : block_.z_ref) component = AlignedArray(n);
-    block_.volume = AlignedArray(n);
-    block_.a = AlignedArray(n);
-    block_.b = AlignedArray(n);
-    block_.weighted_volume = AlignedArray(n);
+    const std::size_t n = pattern_.n_all;
+    for (auto& component : pattern_.z_ref) component = AlignedArray(n);
+    for (auto* array : {&pattern_.volume, &pattern_.inverse_volume, &pattern_.dilatation_factor,
+                        &pattern_.a, &pattern_.b})
+      *array = AlignedArray(n);
     const Vec3& center = state_.x_ref[static_cast<std::size_t>(body_.center_node)];
+    const Real volume_unit = std::pow(body_.horizon, dimension_);
     const auto* lps = std::get_if<Lps>(&body_.law);
     for (std::size_t k = 0; k < n; ++k) {
-      if (block_.nodes[k] < 0) continue;
-      const auto node = static_cast<std::size_t>(block_.nodes[k]);
-      for (std::size_t d = 0; d < 3; ++d)
-        block_.z_ref[d][k] =
-            state_.x_ref[node][static_cast<Eigen::Index>(d)] - center[static_cast<Eigen::Index>(d)];
-      block_.volume[k] = state_.volume[node];
-      const Real m = state_.weighted_volume[node];
-      block_.weighted_volume[k] = m;
-      if (lps != nullptr && m > 0) {
-        block_.a[k] = lps->a(m);
-        block_.b[k] = lps->b(m);
-      }
+      if (pattern_.nodes[k] < 0) continue;
+      const std::size_t node = globalNode(pattern_.nodes[k]);
+      const Vec3 z = body_.rotation.transpose() * (state_.x_ref[node] - center) / body_.horizon;
+      for (std::size_t d = 0; d < 3; ++d) pattern_.z_ref[d][k] = z[static_cast<Eigen::Index>(d)];
+      const Real volume = state_.volume[node] / volume_unit;
+      pattern_.volume[k] = volume;
+      pattern_.inverse_volume[k] = volume > 0 ? 1 / volume : 0;
+      if (lps == nullptr) continue;
+      const Real m = state_.weighted_volume[node] / (volume_unit * body_.horizon * body_.horizon);
+      pattern_.dilatation_factor[k] = lps->dilatationFactor(m) * pattern_.inverse_volume[k];
+      pattern_.a[k] = lps->a(m);
+      pattern_.b[k] = lps->b(m);
     }
   }
 
-  enum class Part { inside, halo };
-
-  // Places of the nodes whose bonds with own node i are stored at i: later own ones, or the halo.
-  std::vector<Index> storedPartners(std::size_t i, Part part) const {
-    std::vector<Index> places;
-    for (const Index j : neighborsOf(block_.nodes[i])) {
-      const Index place = place_[static_cast<std::size_t>(j - body_.start)];
-      const bool in_halo = place >= static_cast<Index>(block_.n_padded);
-      if (place > static_cast<Index>(i) && in_halo == (part == Part::halo)) places.push_back(place);
-    }
-    std::sort(places.begin(), places.end());
-    return places;
-  }
+  using RowsOfTiles = std::vector<std::vector<Row>>;
 
   void fillGroups() {
-    for (const Part part : {Part::inside, Part::halo}) {
-      for (std::size_t i = 0; i < block_.n_own; ++i) appendRow(i, storedPartners(i, part));
-      if (part == Part::inside) block_.n_inside = block_.groups.size();
+    const std::size_t n_tiles = pattern_.n_padded / tile_nodes;
+    RowsOfTiles rows(n_tiles);
+    RowsOfTiles halo_rows(n_tiles);
+    for (std::size_t t = 0; t < n_tiles; ++t) addPairs(t, rows, halo_rows);
+    for (std::size_t t = 0; t < n_tiles; ++t) {
+      TileBonds tile{};
+      tile.tile = static_cast<std::uint32_t>(t * tile_nodes);
+      tile.begin = static_cast<std::uint32_t>(pattern_.groups.size());
+      appendGroups(rows[t]);
+      tile.halo = static_cast<std::uint32_t>(pattern_.groups.size());
+      appendGroups(halo_rows[t]);
+      tile.end = static_cast<std::uint32_t>(pattern_.groups.size());
+      pattern_.tiles.push_back(tile);
     }
-    block_.n_groups = block_.groups.size();
+    pattern_.groups.shrink_to_fit();
   }
 
-  // Groups of own node i with the given places, ascending.
-  void appendRow(std::size_t i, const std::vector<Index>& places) {
-    Index last_tile = -1;
-    for (const Index place : places) {
-      const auto tile = place - place % static_cast<Index>(tile_nodes);
-      if (tile != last_tile) {
-        block_.groups.push_back({static_cast<Index>(i), tile, 0, 0});
-        block_.numbers.insert(block_.numbers.end(), lanes, 1.0);
-        block_.numbers.insert(block_.numbers.end(), lanes, 0.0);
-        last_tile = tile;
+  void appendGroups(const std::vector<Row>& rows) {
+    for (const Row& row : rows) {
+      BondGroup group{};
+      group.row = static_cast<std::uint32_t>(row.row) & 0xffffffu;
+      group.exists = row.exists;
+      pattern_.groups.push_back(group);
+    }
+  }
+
+  // The pairs of tile t with itself, with later tiles and with the halo.
+  void addPairs(std::size_t t, RowsOfTiles& rows, RowsOfTiles& halo_rows) {
+    const auto first = static_cast<Index>(t) * tile_size;
+    pairs_.clear();
+    for (Index lane = 0; lane < tile_size; ++lane) {
+      const Index node = pattern_.nodes[static_cast<std::size_t>(first + lane)];
+      if (node < 0) continue;
+      for (const Index j : neighborsOf(node))
+        if (const Index place = placeOf(j); place > first + lane)
+          pairs_.push_back(tile_size * place + lane);
+    }
+    std::sort(pairs_.begin(), pairs_.end());
+    const auto inside = static_cast<Index>(pattern_.n_padded);
+    for (std::size_t begin = 0; begin < pairs_.size();) {
+      const Index other = pairs_[begin] / (tile_size * tile_size);
+      std::size_t end = begin;
+      while (end < pairs_.size() && pairs_[end] / (tile_size * tile_size) == other) ++end;
+      const TilePair pair(std::span<const Index>(pairs_).subspan(begin, end - begin));
+      begin = end;
+      if (other * tile_size >= inside)
+        append(halo_rows[t], other * tile_size, pair.lanes_of_partner);
+      else if (countRows(pair.partners_of_lane) < countRows(pair.lanes_of_partner))
+        append(rows[static_cast<std::size_t>(other)], first, pair.partners_of_lane);
+      else
+        append(rows[t], other * tile_size, pair.lanes_of_partner);
+    }
+  }
+
+  // The bonds of a tile with another one. They are stored with the nodes of the other as rows, or
+  // the other way round, whichever takes fewer rows.
+  struct TilePair {
+    std::array<LaneBits, tile_nodes> lanes_of_partner{};
+    std::array<LaneBits, tile_nodes> partners_of_lane{};
+
+    explicit TilePair(std::span<const Index> pairs) {
+      for (const Index pair : pairs) {
+        const auto lane = static_cast<std::size_t>(pair % tile_size);
+        const auto partner = static_cast<std::size_t>(pair / tile_size % tile_size);
+        lanes_of_partner[partner] = static_cast<LaneBits>(lanes_of_partner[partner] | 1u << lane);
+        partners_of_lane[lane] = static_cast<LaneBits>(partners_of_lane[lane] | 1u << partner);
       }
-      const auto lane = static_cast<std::size_t>(place - tile);
-      BondGroup& group = block_.groups.back();
-      group.exists = static_cast<LaneBits>(group.exists | (1u << lane));
-      group.intact = group.exists;
-      const Real r = distance(block_.nodes[i], block_.nodes[static_cast<std::size_t>(place)]);
-      Real* numbers = &block_.numbers[block_.numbers.size() - group_numbers];
-      numbers[lane] = r;
-      numbers[lanes + lane] =
-          influence_(r / body_.horizon) * partialVolume(r, body_.horizon, body_.mesh_size);
     }
+  };
+  static std::ptrdiff_t countRows(const std::array<LaneBits, tile_nodes>& bits) {
+    return std::count_if(bits.begin(), bits.end(), [](LaneBits b) { return b != 0; });
   }
-
-  Real distance(Index i, Index j) const {
-    return (state_.x_ref[static_cast<std::size_t>(j)] - state_.x_ref[static_cast<std::size_t>(i)])
-        .norm();
+  static void append(std::vector<Row>& rows, Index first,
+                     const std::array<LaneBits, tile_nodes>& bits) {
+    for (std::size_t k = 0; k < tile_nodes; ++k)
+      if (bits[k] != 0) rows.push_back({first + static_cast<Index>(k), bits[k]});
   }
 
   const State& state_;
   const BondTable& bonds_;
   const Particle& body_;
-  const Influence& influence_;
+  int dimension_;
   std::vector<Index>& place_;
-  BondBlock block_;
+  std::vector<Index> pairs_;  // tile_size * partner + lane
+  BondPattern pattern_;
 };
 
 }  // namespace
 
-std::vector<BondBlock> makeBondBlocks(const State& state, const BondTable& bonds,
-                                      const Particle& body, const Influence& influence,
-                                      const std::vector<Index>& piece, Index parts) {
+BondPattern makeBondPattern(const State& state, const BondTable& bonds, const Particle& body,
+                            int dimension) {
+  std::vector<Index> nodes(static_cast<std::size_t>(body.nodes()));
+  std::iota(nodes.begin(), nodes.end(), Index{0});
+  std::vector<Index> place(nodes.size(), -1);
+  return PatternBuilder(state, bonds, body, dimension, place).build(nodes);
+}
+
+std::vector<BondPattern> makeBondPatterns(const State& state, const BondTable& bonds,
+                                          const Particle& body, int dimension,
+                                          const std::vector<Index>& piece, Index parts,
+                                          int threads) {
   std::vector<std::vector<Index>> own(static_cast<std::size_t>(parts));
   for (Index i = 0; i < body.nodes(); ++i)
-    own[static_cast<std::size_t>(piece[static_cast<std::size_t>(i)])].push_back(body.start + i);
+    own[static_cast<std::size_t>(piece[static_cast<std::size_t>(i)])].push_back(i);
+  std::erase_if(own, [](const std::vector<Index>& nodes) { return nodes.empty(); });
+  std::vector<BondPattern> patterns(own.size());
+  const auto n = static_cast<std::ptrdiff_t>(own.size());
+#pragma omp parallel num_threads(threads) if (n > 1)
+  {
+    std::vector<Index> place(static_cast<std::size_t>(body.nodes()), -1);
+    PatternBuilder builder(state, bonds, body, dimension, place);
+#pragma omp for schedule(dynamic, 1)
+    for (std::ptrdiff_t k = 0; k < n; ++k)
+      patterns[static_cast<std::size_t>(k)] = builder.build(own[static_cast<std::size_t>(k)]);
+  }
   std::vector<Index> place(static_cast<std::size_t>(body.nodes()), -1);
-  BlockBuilder builder(state, bonds, body, influence, place);
-  std::vector<BondBlock> blocks;
-  for (const auto& nodes : own)
-    if (!nodes.empty()) blocks.push_back(builder.build(nodes, parts == 1));
-  return blocks;
+  std::size_t n_places = 0;
+  for (BondPattern& pattern : patterns) {
+    pattern.first_place = n_places;
+    for (std::size_t k = 0; k < pattern.n_own; ++k)
+      place[static_cast<std::size_t>(pattern.nodes[k])] = static_cast<Index>(n_places + k);
+    n_places += pattern.n_padded;
+  }
+  for (BondPattern& pattern : patterns)
+    for (std::size_t k = 0; k < pattern.n_halo; ++k)
+      pattern.halo_places.push_back(
+          place[static_cast<std::size_t>(pattern.nodes[pattern.n_padded + k])]);
+  return patterns;
+}
+
+std::uint64_t hashOfBonds(const BondTable& bonds, const Particle& body) {
+  std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+  const auto add = [&](Index value) {
+    hash = (hash ^ static_cast<std::uint64_t>(value)) * 1099511628211u;
+  };
+  add(body.zone);
+  for (Index i = body.start; i < body.stop; ++i) {
+    add(i - body.start);
+    for (std::size_t k = bonds.begin(i); k < bonds.end(i); ++k)
+      add(bonds.neighbors[k] - body.start);
+  }
+  return hash;
+}
+
+namespace {
+
+bool nearlyEqual(Real a, Real b) {
+  return std::abs(a - b) <= 1e-12 * std::abs(b);
+}
+
+// Whether the nodes of two bodies lie and weigh the same in their frames, up to round-off.
+bool sameNodes(const State& state, const Particle& p, const Particle& q, int dimension) {
+  const auto inFrame = [&](const Particle& body, Index k) -> Vec3 {
+    return body.rotation.transpose() *
+           (state.x_ref[static_cast<std::size_t>(body.start + k)] -
+            state.x_ref[static_cast<std::size_t>(body.center_node)]) /
+           body.horizon;
+  };
+  const Real unit_p = std::pow(p.horizon, dimension);
+  const Real unit_q = std::pow(q.horizon, dimension);
+  for (Index k = 0; k < p.nodes(); ++k) {
+    const Real volume_p = state.volume[static_cast<std::size_t>(p.start + k)] / unit_p;
+    const Real volume_q = state.volume[static_cast<std::size_t>(q.start + k)] / unit_q;
+    if (!((inFrame(p, k) - inFrame(q, k)).norm() < 1e-9) ||
+        !(std::abs(volume_p - volume_q) <= 1e-9 * volume_p))
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool sameInFrame(const State& state, const BondTable& bonds, const Particle& p, const Particle& q,
+                 int dimension) {
+  if (p.zone != q.zone || p.nodes() != q.nodes() ||
+      p.center_node - p.start != q.center_node - q.start ||
+      !nearlyEqual(p.mesh_size / p.horizon, q.mesh_size / q.horizon))
+    return false;
+  for (Index k = 0; k <= p.nodes(); ++k)
+    if (bonds.offsets[static_cast<std::size_t>(p.start + k)] -
+            bonds.offsets[static_cast<std::size_t>(p.start)] !=
+        bonds.offsets[static_cast<std::size_t>(q.start + k)] -
+            bonds.offsets[static_cast<std::size_t>(q.start)])
+      return false;
+  const Index shift = q.start - p.start;
+  return std::equal(bonds.neighbors.begin() + bonds.offsets[static_cast<std::size_t>(p.start)],
+                    bonds.neighbors.begin() + bonds.offsets[static_cast<std::size_t>(p.stop)],
+                    bonds.neighbors.begin() + bonds.offsets[static_cast<std::size_t>(q.start)],
+                    [&](Index i, Index j) { return i + shift == j; }) &&
+         sameNodes(state, p, q, dimension);
 }
 
 }  // namespace peridem

@@ -1,10 +1,17 @@
-// The bonds of a piece of a body, laid out for eight lanes at a time.
+// The bonds of a body or a piece of one, laid out for eight lanes at a time.
 //
 // The nodes of a block are ordered by recursive bisection and stored in tiles of eight neighbours
-// in space. A bond group is one node i against one tile: the bonds of i with up to eight nodes j.
-// Bonds inside a block are stored once, at the node that comes first; those with nodes of other
-// blocks of the body (the halo) once on either side. So nothing is gathered in the force loops, and
-// a block writes only its own nodes.
+// in space. A bond group is one node against one tile: its bonds with up to eight nodes. The groups
+// of a tile follow each other. Bonds inside a block are stored once, on the side that needs fewer
+// groups; those with nodes of other blocks of the body (the halo) once on either side. So nothing
+// is gathered in the force loops, and a block writes only its own nodes.
+//
+// What does not change in a run is the pattern of a block. Forces are computed in a frame of the
+// body: turned back by the rotation Q of its mesh, lengths in units of its horizon,
+// y = z + Q^T (u - u_c) / eps, so that an undeformed body has no elongation at all. Bodies of one
+// zone that are equal in their frames share a pattern and keep the lengths and weights of its bonds
+// in a table; those of other bodies are computed from the reference positions again and again,
+// which takes less time than streaming them through memory.
 #pragma once
 
 #include <array>
@@ -38,45 +45,48 @@ class AlignedArray {
   std::unique_ptr<double, Free> data_;
 };
 
-struct BondBlock {
-  Index body = 0;
+struct BondPattern {
   std::size_t n_own = 0;     // nodes of the block
   std::size_t n_padded = 0;  // the same, in whole tiles
-  std::size_t n_all = 0;     // with the halo, in whole tiles
-  bool whole_body = true;    // no halo
+  std::size_t n_halo = 0;    // nodes of other blocks, from place n_padded on
+  std::size_t n_all = 0;     // all places, in whole tiles
 
-  std::vector<Index> nodes;           // global node of each place; -1: padding
-  std::array<AlignedArray, 3> z_ref;  // X - X_c, X_c the centre node of the body
-  AlignedArray volume;                // V
-  AlignedArray weighted_volume;       // m
-  AlignedArray a, b;                  // state-based factors, see Lps
+  // Pieces of a body exchange positions and dilatations through arrays over the places of all of
+  // them: the own ones of this piece from `first_place` on, and where those of the halo are.
+  std::size_t first_place = 0;
+  std::vector<Index> halo_places;
 
-  std::size_t n_inside = 0;       // groups inside the block; the rest are with the halo
-  std::vector<BondGroup> groups;  // by row in either part; moved to BondGroups by pack()
-  std::vector<Real> numbers;      // group_numbers for each group; likewise
-  std::size_t first_group = 0;    // in BondGroups
-  std::size_t n_groups = 0;
+  std::vector<Index> nodes;           // node of the body at each place; -1: padding
+  std::array<AlignedArray, 3> z_ref;  // Q^T (X - X_c) / eps, X_c the centre node of the body
+  AlignedArray volume;                // V / eps^d
+  AlignedArray inverse_volume;        // 1/V
+  AlignedArray dilatation_factor;     // 3/(m V), see Lps
+  AlignedArray a, b;                  // see Lps
+
+  std::vector<TileBonds> tiles;  // of the own nodes
+  std::vector<BondGroup> groups;
 
   std::size_t bytes() const;
-};
-
-// The groups of all blocks, one after the other in the order in which the force loops pass them:
-// they stream through memory.
-struct BondGroups {
-  std::vector<BondGroup> groups;
-  AlignedArray numbers;
-
-  // Takes the groups of the blocks over.
-  void pack(std::span<BondBlock* const> blocks);
 };
 
 // Order of the points such that runs of eight are close in space, and so are runs of runs.
 std::vector<Index> bisectionOrder(std::span<const Vec3> points);
 
-// Blocks of a body from the piece of each of its nodes (see partitionBody). The lengths r are
-// renewed by the kernels in their own arithmetic (Stage::lengths).
-std::vector<BondBlock> makeBondBlocks(const State& state, const BondTable& bonds,
-                                      const Particle& body, const Influence& influence,
-                                      const std::vector<Index>& piece, Index parts);
+// The pattern of a body that is one block.
+BondPattern makeBondPattern(const State& state, const BondTable& bonds, const Particle& body,
+                            int dimension);
+
+// Patterns of the blocks of a body from the piece of each of its nodes (see partitionBody).
+std::vector<BondPattern> makeBondPatterns(const State& state, const BondTable& bonds,
+                                          const Particle& body, int dimension,
+                                          const std::vector<Index>& piece, Index parts,
+                                          int threads = 1);
+
+// Equal for bodies of one zone whose nodes are bonded to each other in the same way.
+std::uint64_t hashOfBonds(const BondTable& bonds, const Particle& body);
+
+// Whether two bodies of one zone are the same in their frames.
+bool sameInFrame(const State& state, const BondTable& bonds, const Particle& p, const Particle& q,
+                 int dimension);
 
 }  // namespace peridem

@@ -51,7 +51,12 @@ struct BondConstants {
 BondConstants bondConstants(const State& state, const Particle& body, const Influence& influence,
                             Index i, Index j);
 
-// Appends the bonds of one body to the table and fills its weighted volumes m.
+// Appends the bonds of bodies whose nodes follow each other to the table, and fills their weighted
+// volumes m. `influences[k]`: influence function of bodies[k].
+void appendBonds(BondTable& bonds, State& state, std::span<const Particle> bodies,
+                 std::span<const Influence> influences, int threads);
+
+// The same for one body.
 void appendBonds(BondTable& bonds, State& state, const Particle& body, const Influence& influence,
                  int threads);
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <utility>
 
+#include "bond_block.h"
 #include "cell_grid.h"
 
 namespace peridem {
@@ -43,22 +45,52 @@ bool ContactSearch::needsRebuild(const State& state, int threads) {
   return !(moved_ < skin_ / 2);
 }
 
+void ContactSearch::clusterNodes(const State& state, const std::vector<Particle>& bodies) {
+  constexpr std::size_t cluster_nodes = 32;
+  clustered_.reserve(state.size());
+  for (const Particle& body : bodies) {
+    first_cluster_.push_back(cluster_start_.size());
+    const std::span<const Vec3> points(state.x.data() + body.start,
+                                       static_cast<std::size_t>(body.nodes()));
+    const std::vector<Index> order = bisectionOrder(points);
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      if (k % cluster_nodes == 0) cluster_start_.push_back(clustered_.size());
+      clustered_.push_back(body.start + order[k]);
+    }
+  }
+  first_cluster_.push_back(cluster_start_.size());
+  cluster_boxes_.resize(cluster_start_.size());
+  cluster_start_.push_back(clustered_.size());
+}
+
+ContactSearch::Box ContactSearch::boxAround(const State& state, std::size_t begin,
+                                            std::size_t end) const {
+  const Vec3& first = state.x[static_cast<std::size_t>(clustered_[begin])];
+  Box box{first, first};
+  for (std::size_t k = begin; k < end; ++k) {
+    const Vec3& x = state.x[static_cast<std::size_t>(clustered_[k])];
+    box.lower = box.lower.cwiseMin(x);
+    box.upper = box.upper.cwiseMax(x);
+  }
+  return box;
+}
+
 // Bodies whose boxes, grown by half the margin each, overlap: sweep along x.
 ContactSearch::BodyPairs ContactSearch::bodyPairs(const State& state,
                                                   const std::vector<Particle>& bodies, Real margin,
                                                   int threads) {
   const std::size_t n = bodies.size();
+  if (clustered_.empty()) clusterNodes(state, bodies);
 #pragma omp parallel for num_threads(threads) \
     schedule(dynamic, 8) if (state.size() > nodes_worth_threads)
   for (std::size_t p = 0; p < n; ++p) {
-    Box box{state.x[static_cast<std::size_t>(bodies[p].start)],
-            state.x[static_cast<std::size_t>(bodies[p].start)]};
-    for (auto i = static_cast<std::size_t>(bodies[p].start);
-         i < static_cast<std::size_t>(bodies[p].stop); ++i) {
-      box.lower = box.lower.cwiseMin(state.x[i]);
-      box.upper = box.upper.cwiseMax(state.x[i]);
+    for (std::size_t c = first_cluster_[p]; c < first_cluster_[p + 1]; ++c) {
+      const Box box = boxAround(state, cluster_start_[c], cluster_start_[c + 1]);
+      cluster_boxes_[c] = box;
+      if (c == first_cluster_[p]) boxes_[p] = box;
+      boxes_[p].lower = boxes_[p].lower.cwiseMin(box.lower);
+      boxes_[p].upper = boxes_[p].upper.cwiseMax(box.upper);
     }
-    boxes_[p] = box;
   }
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -74,13 +106,27 @@ ContactSearch::BodyPairs ContactSearch::bodyPairs(const State& state,
       const std::size_t q = order[b];
       if (boxes_[q].lower[0] > boxes_[p].upper[0] + margin) break;
       if (!mayTouch(bodies[p], bodies[q])) continue;
-      const bool apart = (boxes_[q].lower.array() > boxes_[p].upper.array() + margin).any() ||
-                         (boxes_[p].lower.array() > boxes_[q].upper.array() + margin).any();
-      if (!apart) pairs.emplace_back(std::min(p, q), std::max(p, q));
+      if (boxes_[p].overlaps(boxes_[q], margin)) pairs.emplace_back(std::min(p, q), std::max(p, q));
     }
   }
   std::sort(pairs.begin(), pairs.end());
   return pairs;
+}
+
+// Marks the nodes of body p that are within the margin of the box of a cluster of q.
+void ContactSearch::markNearNodes(const State& state, std::size_t p, std::size_t q, Real margin,
+                                  std::vector<std::uint8_t>& is_near) const {
+  for (std::size_t d = first_cluster_[q]; d < first_cluster_[q + 1]; ++d) {
+    const Box& other = cluster_boxes_[d];
+    if (!boxes_[p].overlaps(other, margin)) continue;
+    for (std::size_t c = first_cluster_[p]; c < first_cluster_[p + 1]; ++c) {
+      if (!cluster_boxes_[c].overlaps(other, margin)) continue;
+      for (std::size_t k = cluster_start_[c]; k < cluster_start_[c + 1]; ++k) {
+        const auto i = static_cast<std::size_t>(clustered_[k]);
+        if (other.overlaps({state.x[i], state.x[i]}, margin)) is_near[i] = 1;
+      }
+    }
+  }
 }
 
 std::vector<Index> ContactSearch::nodesNearOthers(const State& state,
@@ -92,22 +138,15 @@ std::vector<Index> ContactSearch::nodesNearOthers(const State& state,
     partners[static_cast<std::size_t>(p)].push_back(q);
     if (p != q) partners[static_cast<std::size_t>(q)].push_back(p);
   }
-  std::vector<std::vector<Index>> near(bodies.size());
+  std::vector<std::uint8_t> is_near(state.size(), 0);
 #pragma omp parallel for num_threads(threads) \
     schedule(dynamic, 8) if (state.size() > nodes_worth_threads)
-  for (std::size_t p = 0; p < bodies.size(); ++p) {
-    if (partners[p].empty()) continue;
-    for (Index i = bodies[p].start; i < bodies[p].stop; ++i) {
-      const auto x = state.x[static_cast<std::size_t>(i)].array();
-      const bool is_near = std::any_of(partners[p].begin(), partners[p].end(), [&](Index q) {
-        const Box& box = boxes_[static_cast<std::size_t>(q)];
-        return (x >= box.lower.array() - margin).all() && (x <= box.upper.array() + margin).all();
-      });
-      if (is_near) near[p].push_back(i);
-    }
-  }
+  for (std::size_t p = 0; p < bodies.size(); ++p)
+    for (const Index q : partners[p])
+      markNearNodes(state, p, static_cast<std::size_t>(q), margin, is_near);
   std::vector<Index> nodes;
-  for (const auto& of_body : near) nodes.insert(nodes.end(), of_body.begin(), of_body.end());
+  for (std::size_t i = 0; i < is_near.size(); ++i)
+    if (is_near[i]) nodes.push_back(static_cast<Index>(i));
   return nodes;
 }
 

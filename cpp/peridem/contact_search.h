@@ -61,7 +61,15 @@ class ContactSearch {
 
   struct Box {
     Vec3 lower, upper;
+    bool overlaps(const Box& other, Real margin) const {
+      return !((other.lower.array() > upper.array() + margin).any() ||
+               (lower.array() > other.upper.array() + margin).any());
+    }
   };
+  Box boxAround(const State& state, std::size_t begin, std::size_t end) const;
+  void clusterNodes(const State& state, const std::vector<Particle>& bodies);
+  void markNearNodes(const State& state, std::size_t p, std::size_t q, Real margin,
+                     std::vector<std::uint8_t>& is_near) const;
 
   std::vector<char> self_contact_;
   Real reach_ = 0;
@@ -69,6 +77,12 @@ class ContactSearch {
   bool needed_ = false;
   std::vector<Vec3> x_built_;  // positions at the last build
   std::vector<Box> boxes_;
+  // Nodes of each body in clusters that are compact in the positions of the first build, and their
+  // boxes: the box of a hollow body, a frame of walls, says little about where its nodes are.
+  std::vector<Index> clustered_;
+  std::vector<std::size_t> first_cluster_;  // of each body
+  std::vector<std::size_t> cluster_start_;  // in clustered_
+  std::vector<Box> cluster_boxes_;
   std::vector<Index> nodes_;
   AdjacencyList candidates_;
   BodyPairs center_pairs_;

@@ -5,6 +5,7 @@
 
 #include "deck.h"
 #include "errors.h"
+#include "laws/influence.h"
 
 namespace peridem {
 
@@ -27,6 +28,10 @@ class Influence {
         a0_ = p.empty() ? 1.0 / gaussianMoment(dimension) : p[0];
         break;
     }
+  }
+
+  InfluenceNumbers numbers() const {
+    return {a0_, a1_, type_ == InfluenceType::gaussian ? beta_ : 0};
   }
 
   Real operator()(Real a) const {

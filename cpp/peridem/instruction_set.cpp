@@ -12,6 +12,7 @@ namespace {
 struct Choice {
   const char* name;
   RunBlock run;
+  MoveNodes move;
   bool available;
 };
 
@@ -20,11 +21,12 @@ std::array<Choice, 3> choices() {
   const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
   const bool has_avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
                           __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
-  return {Choice{"avx512", avx512::runBlock, has_avx512 && has_avx2},
-          Choice{"avx2", avx2::runBlock, has_avx2}, Choice{"baseline", baseline::runBlock, true}};
+  return {Choice{"avx512", avx512::runBlock, avx512::moveNodes, has_avx512 && has_avx2},
+          Choice{"avx2", avx2::runBlock, avx2::moveNodes, has_avx2},
+          Choice{"baseline", baseline::runBlock, baseline::moveNodes, true}};
 #else
-  return {Choice{"avx512", nullptr, false}, Choice{"avx2", nullptr, false},
-          Choice{"baseline", baseline::runBlock, true}};
+  return {Choice{"avx512", nullptr, nullptr, false}, Choice{"avx2", nullptr, nullptr, false},
+          Choice{"baseline", baseline::runBlock, baseline::moveNodes, true}};
 #endif
 }
 
@@ -49,6 +51,12 @@ RunBlock kernelFor(const std::string& instruction_set) {
   for (const Choice& choice : choices())
     if (choice.name == instruction_set) return choice.run;
   return baseline::runBlock;
+}
+
+MoveNodes moveKernelFor(const std::string& instruction_set) {
+  for (const Choice& choice : choices())
+    if (choice.name == instruction_set) return choice.move;
+  return baseline::moveNodes;
 }
 
 }  // namespace peridem

@@ -13,5 +13,6 @@ namespace peridem {
 std::string instructionSet();
 
 RunBlock kernelFor(const std::string& instruction_set);
+MoveNodes moveKernelFor(const std::string& instruction_set);
 
 }  // namespace peridem

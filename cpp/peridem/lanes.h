@@ -12,17 +12,24 @@ namespace peridem {
 
 inline constexpr int lanes = 8;
 using LaneBits = std::uint8_t;  // bit k stands for lane k
+inline constexpr unsigned all_lanes = 0xff;
 
-// The bonds of one node with up to eight nodes that follow each other in a block.
+// The bonds of one node, `row`, with up to eight nodes that follow each other in a block, a tile.
 struct BondGroup {
-  std::int32_t row;   // place of the node
-  std::int32_t tile;  // first place of the eight
-  LaneBits exists;    // lanes that carry a bond
-  LaneBits intact;    // lanes whose bond is unbroken
+  std::uint32_t row : 24;    // place of the node
+  std::uint32_t exists : 8;  // lanes that carry a bond
 };
 
-// Numbers kept for each group: the lengths r of its eight bonds, then J(r / eps) times the
-// partial-volume factor. 1 and 0 in lanes without a bond.
+// The groups of one tile of own nodes.
+struct TileBonds {
+  std::uint32_t tile;   // first place of the eight
+  std::uint32_t begin;  // groups [begin, halo): rows are own nodes, the bond acts on both ends
+  std::uint32_t halo;   // groups [halo, end): rows are nodes of other blocks of the body
+  std::uint32_t end;
+};
+
+// Numbers kept for each group: eight lengths, then eight weights, as the law wants them. 1 and 0 in
+// lanes without a bond.
 inline constexpr int group_numbers = 2 * lanes;
 
 PERIDEM_INLINE double magnitude(double a) {
@@ -36,6 +43,10 @@ PERIDEM_INLINE double exponential(double a) {
 }
 PERIDEM_INLINE double larger(double a, double b) {
   return a < b ? b : a;
+}
+
+PERIDEM_INLINE double multiplyAdd(double a, double b, double c) {
+  return a * b + c;
 }
 
 }  // namespace peridem

@@ -91,35 +91,42 @@ std::vector<Real> nodalVolumes(const Mesh& mesh) {
 
 namespace {
 
-Real trueMinimumDistance(const PointTree& tree, std::span<const Vec3> points) {
+constexpr std::size_t points_worth_threads = 20000;
+
+Real trueMinimumDistance(std::span<const Vec3> points, int threads) {
+  const PointTree tree(points);
   Real smallest = std::numeric_limits<Real>::infinity();
-  for (std::size_t i = 0; i < points.size(); ++i)
-    smallest = std::min(smallest, tree.nearestOther(static_cast<Index>(i)));
+#pragma omp parallel num_threads(threads) if (points.size() > points_worth_threads)
+  {
+    // Only what is closer than the closest so far is looked for.
+    Real best = std::numeric_limits<Real>::infinity();
+#pragma omp for schedule(static)
+    for (std::size_t i = 0; i < points.size(); ++i)
+      best = std::min(best, tree.nearestOther(static_cast<Index>(i), best));
+#pragma omp critical
+    smallest = std::min(smallest, best);
+  }
   return smallest;
 }
 
 }  // namespace
 
-Real meshSize(std::span<const Vec3> points, bool fuzzy) {
+Real meshSize(std::span<const Vec3> points, bool fuzzy, int threads) {
   if (points.size() < 2) throw InputError("mesh: fewer than two nodes, so no mesh size");
-  const PointTree tree(points);
-  const Real smallest = trueMinimumDistance(tree, points);
+  const Real smallest = trueMinimumDistance(points, threads);
   if (!(smallest > 0)) throw InputError("mesh: two nodes coincide; remove duplicate nodes");
   if (!fuzzy) return smallest;
 
   // Only distances within a few 1e-5 of the minimum can be the outcome of the running minimum;
   // the window is wide enough for any chain of them.
-  const Real window = smallest * (1 + 1e-3);
+  const AdjacencyList near = neighborsWithin(points, smallest * (1 + 1e-3), threads);
   Real h = std::numeric_limits<Real>::max();
-  std::vector<Index> near;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    tree.withinRadius(points[i], window, near);
-    for (const Index j : near) {
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (const Index j : near.links(static_cast<Index>(i))) {
       if (j <= static_cast<Index>(i)) continue;
       const Real distance = (points[static_cast<std::size_t>(j)] - points[i]).norm();
       if (fuzzyLess(distance, h)) h = distance;
     }
-  }
   return h;
 }
 

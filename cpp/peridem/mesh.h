@@ -16,7 +16,7 @@ std::vector<Real> nodalVolumes(const Mesh& mesh);
 
 // Smallest distance between two points, h (35). With `fuzzy`, the running fuzzy minimum of the
 // original in node order, up to 1e-5 above. Throws InputError when two points coincide.
-Real meshSize(std::span<const Vec3> points, bool fuzzy);
+Real meshSize(std::span<const Vec3> points, bool fuzzy, int threads = 1);
 
 // Smallest of the mesh sizes of the bodies, with the same meaning of `fuzzy`.
 Real smallestMeshSize(std::span<const Real> sizes, bool fuzzy);

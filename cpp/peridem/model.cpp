@@ -8,6 +8,7 @@
 
 #include "errors.h"
 #include "integrator.h"
+#include "memory.h"
 #include "mesh.h"
 
 namespace peridem {
@@ -100,6 +101,7 @@ void DEMModel::placeBody(const BodyDeck& body, Index id, const std::vector<Real>
 
   const Eigen::Matrix3d rotation =
       Eigen::AngleAxisd(body.angle, body.axis.normalized()).toRotationMatrix();
+  p.rotation = rotation;
   const Real volume_scale = std::pow(body.scale, deck_.dimension);
   for (std::size_t k = 0; k < mesh.points.size(); ++k) {
     const std::size_t i = static_cast<std::size_t>(p.start) + k;
@@ -112,7 +114,7 @@ void DEMModel::placeBody(const BodyDeck& body, Index id, const std::vector<Real>
     p.volume += state_.volume[i];
   }
   const std::span<const Vec3> points(state_.x_ref.data() + p.start, mesh.points.size());
-  p.mesh_size = meshSize(points, fuzzy);
+  p.mesh_size = meshSize(points, fuzzy, threads_);
   p.horizon = isGiven(zone.material.horizon_mesh_ratio)
                   ? zone.material.horizon_mesh_ratio * p.mesh_size
                   : zone.material.horizon;
@@ -159,10 +161,10 @@ void DEMModel::init() {
     influences_.push_back(influence);
     body.self_contact_radius = 0.95 * body.mesh_size;
     body.self_contact_kn = 18 * law_modulus / (pi * std::pow(body.horizon, 5));
-    appendBonds(bonds_, state_, body, influence, threads_);
   }
+  appendBonds(bonds_, state_, particles_, influences_, threads_);
   peridynamic_ = PeridynamicForce(state_, bonds_, particles_, influences_, deck_.dimension,
-                                  deck_.compatibility);
+                                  deck_.compatibility, BlockSizes{}, threads_);
   contact_ = ContactForce(deck_, particles_);
   speed_limit_ = speedLimit();
   initialized_ = true;
@@ -173,6 +175,10 @@ void DEMModel::lockDirections() {
   for (const Particle& body : particles_)
     if (body.constrained)
       std::fill(locked_.begin() + body.start, locked_.begin() + body.stop, std::uint8_t{7});
+  locked_bodies_.clear();
+  for (const Particle& body : particles_)
+    locked_bodies_.push_back(std::any_of(locked_.begin() + body.start, locked_.begin() + body.stop,
+                                         [](std::uint8_t bits) { return bits != 0; }));
 }
 
 void DEMModel::start() {
@@ -211,57 +217,59 @@ void DEMModel::step() {
 }
 
 void DEMModel::advance() {
-  evaluateLoads(time_ + timeStep());
+  evaluateLoads(time_ + timeStep());  // may throw: nothing of the step has happened yet
   if (deck_.time_scheme == TimeScheme::velocity_verlet)
     integrateVerlet();
   else
     integrateCD();
 }
 
-// v += k f / rho, u += dt v, x += dt v, t += dt, then the prescribed motion.
-void DEMModel::kickDriftAndPrescribe(Real k, Real dt) {
-  Kick kicked;
-  {
-    const Stopwatch watch(timings_.integration);
-    kicked = kickAndDrift(state_, locked_, k, dt, speed_limit_, deck_.dimension, threads_);
-  }
+// v += k f / rho, u += dt v, x += dt v, t += dt, the prescribed motion, then the forces. The bodies
+// move one by one, in the loop over the forces inside of them.
+void DEMModel::moveAndComputeForces(Real k, Real dt) {
   ++n_;
   time_ += dt;
-  if (!kicked.within_limit) reportRunaway(n_, time_);
   const Real prescribed = computeExternalDisplacementBC(dt);
-  if (!(prescribed < speed_limit_ * dt)) reportRunaway(n_, time_);
+  Kick kicked;
+  {
+    const Stopwatch watch(timings_.peridynamic);
+    kicked = peridynamic_.moveAndCompute({k, dt, speed_limit_, &locked_, &locked_bodies_}, state_,
+                                         bonds_, particles_, deck_.gravity, threads_);
+  }
+  if (!kicked.within_limit || !(prescribed < speed_limit_ * dt)) reportRunaway(n_, time_);
   contact_.noteTravel(std::sqrt(3.0) * (dt * kicked.fastest + prescribed));
+  computeContactForces(dt);
+  addForceSets();
 }
 
 void DEMModel::integrateCD() {
-  const Real dt = timeStep();
-  kickDriftAndPrescribe(dt, dt);
-  computeForces(dt);
+  moveAndComputeForces(timeStep(), timeStep());
 }
 
 void DEMModel::integrateVerlet() {
   const Real dt = timeStep();
-  kickDriftAndPrescribe(dt / 2, dt);
-  computeForces(dt);
+  moveAndComputeForces(dt / 2, dt);
   const Stopwatch watch(timings_.integration);
   if (!kick(state_, locked_, dt / 2, speed_limit_, deck_.dimension, threads_).within_limit)
     reportRunaway(n_, time_);
 }
 
-void DEMModel::computeForces(Real slip_time) {
+void DEMModel::computeForces() {
   init();
-  computePeridynamicForces();
-  computeContactForces(slip_time);
-  computeExternalForces();
+  evaluateLoads(time_);
+  {
+    const Stopwatch watch(timings_.peridynamic);
+    peridynamic_.compute(state_, bonds_, particles_, deck_.gravity, threads_);
+  }
+  computeContactForces();
+  addForceSets();
 }
 
-// Sets f of moving bodies; bodies that never move have no internal forces.
 void DEMModel::computePeridynamicForces() {
+  init();
   const Stopwatch watch(timings_.peridynamic);
-  for (const Particle& body : particles_)
-    if (body.constrained)
-      std::fill(state_.f.begin() + body.start, state_.f.begin() + body.stop, Vec3::Zero());
-  peridynamic_.compute(state_, bonds_, particles_, threads_);
+  peridynamic_.compute(state_, bonds_, particles_, Vec3::Zero(), threads_);
+  peridynamic_.computeDamage(state_, threads_);
 }
 
 void DEMModel::computeContactForces(Real slip_time) {
@@ -290,7 +298,7 @@ std::vector<std::pair<Index, Index>> DEMModel::touchingNodes() {
 
 void DEMModel::computeDamage() {
   const Stopwatch watch(timings_.peridynamic);
-  peridynamic_.computeDamage(state_, particles_, threads_);
+  peridynamic_.computeDamage(state_, threads_);
 }
 
 void DEMModel::setIntact(std::span<const std::uint8_t> intact) {
@@ -304,7 +312,7 @@ void DEMModel::setIntact(std::span<const std::uint8_t> intact) {
         throw InputError("intact: the two directions of bond (" + std::to_string(i) + ", " +
                          std::to_string(bonds_.neighbors[k]) + ") differ");
   std::copy(intact.begin(), intact.end(), bonds_.intact.begin());
-  peridynamic_.importFlags(bonds_);
+  peridynamic_.importFlags(bonds_, particles_);
 }
 
 std::vector<BondConstants> DEMModel::bondConstants() const {
@@ -335,6 +343,12 @@ void DEMModel::computeExternalForces() {
   evaluateLoads(time_);
   const Stopwatch watch(timings_.external);
   addExternalForces(state_, deck_.gravity, force_sets_, time_, threads_);
+}
+
+// Of the functions evaluated before anything changed.
+void DEMModel::addForceSets() {
+  const Stopwatch watch(timings_.external);
+  addExternalForces(state_, Vec3::Zero(), force_sets_, time_, threads_);
 }
 
 Real DEMModel::computeExternalDisplacementBC(Real dt) {
@@ -396,14 +410,12 @@ void DEMModel::reportRunaway(Offset step, Real time) const {
 
 StableTimeStep DEMModel::stableTimeStep() const {
   if (!initialized_) throw InputError("stable time step: call init() first");
-  return peridem::stableTimeStep(state_, bonds_, bondConstants(), particles_, contact_);
+  return peridem::stableTimeStep(state_, bonds_, influences_, particles_, contact_, threads_);
 }
 
 std::size_t DEMModel::memoryBytes() const {
-  const std::size_t per_node =
-      5 * sizeof(Vec3) + 5 * sizeof(Real) + 2 * sizeof(Index) + 3 + sizeof(Offset) + sizeof(Vec3);
-  const std::size_t per_bond = sizeof(Index) + 1;
-  return state_.size() * per_node + bonds_.size() * per_bond + peridynamic_.bytes();
+  const MemoryCosts costs;
+  return state_.size() * costs.node + bonds_.size() * costs.bond + peridynamic_.bytes();
 }
 
 }  // namespace peridem

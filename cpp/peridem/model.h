@@ -23,11 +23,11 @@ namespace peridem {
 // Wall-clock seconds spent in each stage since the model was built.
 struct Timings {
   double setup = 0;
-  double peridynamic = 0;
+  double peridynamic = 0;  // with the motion of the nodes in the same loop and gravity
   double contact_search = 0;
   double contact = 0;
   double external = 0;
-  double integration = 0;
+  double integration = 0;  // the second half of velocity Verlet
 };
 
 // Called after a step; returns true to stop.
@@ -60,9 +60,10 @@ class DEMModel {
   void start();
   void step();  // one step, whatever has been written to the arrays
 
-  // `slip_time`: time during which the springs of the friction with history have stretched since
-  // the last evaluation; the step passes dt.
-  void computeForces(Real slip_time = 0);
+  // All forces at the current state.
+  void computeForces();
+  // Their parts: each sets or adds to f. `slip_time`: time during which the springs of the friction
+  // with history have stretched since the last evaluation; the step passes dt.
   void computePeridynamicForces();
   void computeContactForces(Real slip_time = 0);
   void computeExternalForces();
@@ -114,7 +115,8 @@ class DEMModel {
   void advance();  // one step after another: no node has moved in between
   void integrateCD();
   void integrateVerlet();
-  void kickDriftAndPrescribe(Real k, Real dt);
+  void moveAndComputeForces(Real k, Real dt);
+  void addForceSets();
   void placeBody(const BodyDeck& body, Index id, const std::vector<Real>& mesh_volumes);
   void lockDirections();
   void evaluateLoads(Real t);
@@ -132,7 +134,8 @@ class DEMModel {
   std::vector<DisplacementSet> displacement_sets_;
   std::vector<ForceSet> force_sets_;
   std::vector<InitialVelocity> initial_velocities_;
-  std::vector<std::uint8_t> locked_;  // bit d set: direction d of the node is not integrated
+  std::vector<std::uint8_t> locked_;         // bit d set: direction d of the node is not integrated
+  std::vector<std::uint8_t> locked_bodies_;  // 1: some node of the body is
   Timings timings_;
   Real speed_limit_ = 0;  // |v| beyond which the run has diverged
   Real time_ = 0;

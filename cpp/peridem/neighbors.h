@@ -1,6 +1,8 @@
-// Neighbour search on a fixed set of points (nanoflann kd-tree), and compressed adjacency lists.
+// Neighbour search on fixed sets of points: a cell grid for all points within one radius, a kd-tree
+// (nanoflann) for the nearest point however far it is; compressed adjacency lists.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -30,18 +32,36 @@ class PointTree {
   PointTree(const PointTree&) = delete;
   PointTree& operator=(const PointTree&) = delete;
 
-  // Indices of the points with dx^2 + dy^2 + dz^2 < radius^2, ascending, into `found`.
-  void withinRadius(const Vec3& center, Real radius, std::vector<Index>& found) const;
-
-  // Distance from point i to the nearest other point.
-  Real nearestOther(Index i) const;
+  // Distance from point i to the nearest other point; infinite when none is closer than `below`.
+  Real nearestOther(Index i, Real below = std::numeric_limits<Real>::infinity()) const;
 
  private:
   struct Tree;
   std::unique_ptr<Tree> tree_;
 };
 
-// Neighbours of every point: j != i with |X_j - X_i| < radius.
+// A set of points whose neighbours are sought within its own radius only. Its points are numbered
+// from `first` on.
+struct PointSet {
+  std::span<const Vec3> points;
+  Real radius = 0;
+  Index first = 0;
+};
+
+// Runs of points that are worth a turn of a thread: [begin, end) of set number `set`.
+struct Chunk {
+  std::size_t set;
+  std::size_t begin;
+  std::size_t end;
+};
+std::vector<Chunk> chunksOf(std::span<const std::size_t> sizes);
+
+// Appends one row for every point of the sets, one set after the other: the points j != i of the
+// set with dx^2 + dy^2 + dz^2 < radius^2, ascending. `offsets` ends with the size of `indices`.
+void appendNeighbors(std::span<const PointSet> sets, std::vector<Offset>& offsets,
+                     std::vector<Index>& indices, int threads);
+
+// The same for one set, numbered from 0.
 AdjacencyList neighborsWithin(std::span<const Vec3> points, Real radius, int threads);
 
 }  // namespace peridem

@@ -2,7 +2,8 @@
 
 #include <metis.h>
 
-#include <numeric>
+#include <algorithm>
+#include <span>
 #include <string>
 
 #include "errors.h"
@@ -37,12 +38,67 @@ Graph closeNeighbors(const State& state, const BondTable& bonds, const Particle&
 
 }  // namespace
 
-std::vector<Index> partitionBody(const State& state, const BondTable& bonds, const Particle& body,
-                                 Index parts) {
+namespace {
+
+struct Node {
+  Vec3 x;
+  Index local;
+};
+
+// Pieces [first, first + parts) for the nodes: cut across the longest side of their box, until
+// there is one piece for each part.
+void bisect(std::span<Node> nodes, Index first, Index parts, std::vector<Index>& piece) {
+  if (parts == 1) {
+    for (const Node& node : nodes) piece[static_cast<std::size_t>(node.local)] = first;
+    return;
+  }
+  Vec3 lower = nodes.front().x;
+  Vec3 upper = lower;
+  for (const Node& node : nodes) {
+    lower = lower.cwiseMin(node.x);
+    upper = upper.cwiseMax(node.x);
+  }
+  Eigen::Index axis = 0;
+  (upper - lower).maxCoeff(&axis);
+  const Index left = parts / 2;
+  const std::size_t cut =
+      nodes.size() * static_cast<std::size_t>(left) / static_cast<std::size_t>(parts);
+  std::nth_element(nodes.begin(), nodes.begin() + static_cast<std::ptrdiff_t>(cut), nodes.end(),
+                   [axis](const Node& p, const Node& q) {
+                     return p.x[axis] != q.x[axis] ? p.x[axis] < q.x[axis] : p.local < q.local;
+                   });
+  bisect(nodes.first(cut), first, left, piece);
+  bisect(nodes.subspan(cut), first + left, parts - left, piece);
+}
+
+std::span<const Vec3> pointsOf(const State& state, const Particle& body) {
+  return {state.x_ref.data() + body.start, static_cast<std::size_t>(body.nodes())};
+}
+
+// Thinner than its horizon in one direction, as every body in 2D.
+bool isFlat(std::span<const Vec3> points, Real horizon) {
+  Vec3 lower = points.front();
+  Vec3 upper = lower;
+  for (const Vec3& x : points) {
+    lower = lower.cwiseMin(x);
+    upper = upper.cwiseMax(x);
+  }
+  return (upper - lower).minCoeff() < horizon;
+}
+
+std::vector<Index> partitionByBisection(std::span<const Vec3> points, Index parts) {
+  std::vector<Node> nodes;
+  nodes.reserve(points.size());
+  for (const Vec3& x : points) nodes.push_back({x, static_cast<Index>(nodes.size())});
+  std::vector<Index> piece(points.size(), 0);
+  bisect(nodes, 0, parts, piece);
+  return piece;
+}
+
+std::vector<Index> partitionByMetis(const State& state, const BondTable& bonds,
+                                    const Particle& body, Index parts) {
   const auto n = static_cast<std::size_t>(body.nodes());
   std::vector<Index> piece(n, 0);
-  if (parts <= 1) return piece;
-
   Graph graph = closeNeighbors(state, bonds, body);
   idx_t n_nodes = static_cast<idx_t>(n);
   idx_t n_constraints = 1;
@@ -61,6 +117,16 @@ std::vector<Index> partitionBody(const State& state, const BondTable& bonds, con
                          std::to_string(status) + ")");
   for (std::size_t i = 0; i < n; ++i) piece[i] = static_cast<Index>(found[i]);
   return piece;
+}
+
+}  // namespace
+
+std::vector<Index> partitionBody(const State& state, const BondTable& bonds, const Particle& body,
+                                 Index parts) {
+  const std::span<const Vec3> points = pointsOf(state, body);
+  if (parts <= 1) return std::vector<Index>(points.size(), 0);
+  if (isFlat(points, body.horizon)) return partitionByBisection(points, parts);
+  return partitionByMetis(state, bonds, body, parts);
 }
 
 }  // namespace peridem

@@ -1,8 +1,11 @@
 #include "peridynamic.h"
 
 #include <omp.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
+#include <unordered_map>
 
 #include "instruction_set.h"
 #include "partition.h"
@@ -13,32 +16,23 @@ namespace {
 
 // Work below which waking threads costs more than it saves.
 constexpr std::size_t groups_worth_threads = 5000;
+constexpr Index nodes_of_range = 4096;
 
-BlockView viewOf(const BondBlock& block, BondGroups& groups, const Particle& body) {
-  return {block.n_own,
-          block.n_padded,
-          block.n_all,
-          block.n_inside,
-          block.n_groups,
-          block.nodes.data(),
-          {block.z_ref[0].data(), block.z_ref[1].data(), block.z_ref[2].data()},
-          block.volume.data(),
-          block.weighted_volume.data(),
-          block.a.data(),
-          block.b.data(),
-          groups.groups.data() + block.first_group,
-          groups.numbers.data() + block.first_group * group_numbers,
-          static_cast<std::size_t>(body.center_node),
-          body.self_contact_radius,
-          body.self_contact_kn};
+// The law of a body in its frame, where lengths are in units of the horizon: of its constants only
+// beta has a dimension that shows there; the others show in the unit of force.
+Law inFrame(Law law, Real horizon) {
+  if (auto* rnp = std::get_if<Rnp>(&law)) {
+    rnp->beta *= horizon;
+    rnp->sc_times_sqrt_r /= std::sqrt(horizon);
+  }
+  return law;
 }
 
-LawView viewOf(const Law& law) {
-  LawView view;
-  view.lps = std::get_if<Lps>(&law);
-  view.pmb = std::get_if<Pmb>(&law);
-  view.rnp = std::get_if<Rnp>(&law);
-  return view;
+std::size_t quarterOfMemory() {
+  const long pages = sysconf(_SC_PHYS_PAGES);
+  const long page = sysconf(_SC_PAGESIZE);
+  if (pages <= 0 || page <= 0) return std::size_t{1} << 30;
+  return static_cast<std::size_t>(pages) * static_cast<std::size_t>(page) / 4;
 }
 
 void clearFlag(void* table, Index i, Index j, bool both) {
@@ -52,8 +46,8 @@ void clearFlag(void* table, Index i, Index j, bool both) {
 // Space of one thread for the largest block, allocated once.
 class PeridynamicForce::Scratch {
  public:
-  Scratch(std::size_t places, std::size_t groups)
-      : space_((7 + 3 * lanes) * places + 4 * lanes * groups) {
+  Scratch(std::size_t places, std::size_t groups, std::size_t groups_of_whole)
+      : space_((8 + 3 * lanes) * places + 2 * lanes * groups_of_whole), close_(groups) {
     double* next = space_.data();
     const auto take = [&](std::size_t n) {
       double* begin = next;
@@ -64,15 +58,18 @@ class PeridynamicForce::Scratch {
       view_.z[d] = take(places);
       view_.row[d] = take(lanes * places);
       view_.column[d] = take(places);
-      view_.e[d] = take(lanes * groups);
     }
     view_.theta_a = take(places);
-    view_.elongation = take(lanes * groups);
+    view_.sum = take(places);
+    view_.J_r_by_length = take(lanes * groups_of_whole);
+    view_.J_e_by_length = take(lanes * groups_of_whole);
+    view_.close = close_.data();
   }
   const KernelScratch& view() const { return view_; }
 
  private:
   AlignedArray space_;
+  std::vector<CloseGroup> close_;
   KernelScratch view_{};
 };
 
@@ -84,111 +81,343 @@ PeridynamicForce& PeridynamicForce::operator=(PeridynamicForce&&) noexcept = def
 PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
                                    const std::vector<Particle>& bodies,
                                    const std::vector<Influence>& influences, int dimension,
-                                   Compatibility mode, const BlockSizes& sizes)
+                                   Compatibility mode, const BlockSizes& sizes, int threads)
     : dimension_(dimension),
       instruction_set_(peridem::instructionSet()),
-      run_(kernelFor(instruction_set_)) {
+      run_(kernelFor(instruction_set_)),
+      move_(moveKernelFor(instruction_set_)),
+      influences_(influences) {
   // In the original the material of body 0 decides whether dilatation and the break test of
   // state-based bonds run at all, for all bodies.
   if (mode == Compatibility::original)
     state_based_stage_ = std::holds_alternative<Lps>(bodies.front().law);
-  for (const Particle& body : bodies) {
-    if (body.constrained) continue;  // no internal forces
-    const Index parts =
-        body.nodes() <= sizes.whole ? 1 : (body.nodes() + sizes.piece - 1) / sizes.piece;
-    auto blocks = makeBondBlocks(state, bonds, body, influences[static_cast<std::size_t>(body.id)],
-                                 partitionBody(state, bonds, body, parts), parts);
-    for (BondBlock& block : blocks) {
-      most_places_ = std::max(most_places_, block.n_all);
-      if (block.whole_body) most_groups_ = std::max(most_groups_, block.n_groups);
-      (block.whole_body ? whole_ : pieces_).push_back(std::move(block));
+  exchanges_.resize(bodies.size());
+  // Bodies that never move have no internal forces.
+  addWholeBodies(state, bonds, bodies, sizes.whole, threads);
+  for (const Particle& body : bodies)
+    if (!body.constrained && body.nodes() > sizes.whole)
+      addPieces(state, bonds, body, sizes.piece, threads);
+  // Largest first, so that no thread ends with a long one.
+  std::stable_sort(whole_.begin(), whole_.end(), [&](const Block& p, const Block& q) {
+    return patterns_[p.pattern].groups.size() > patterns_[q.pattern].groups.size();
+  });
+  std::size_t n_groups = 0;
+  for (auto* blocks : {&whole_, &pieces_})
+    for (Block& block : *blocks) {
+      block.first_group = n_groups;
+      n_groups += patterns_[block.pattern].groups.size();
+    }
+  intact_.resize(n_groups);
+  importFlags(bonds, bodies);
+  for (const Particle& body : bodies) laws_.push_back(inFrame(body.law, body.horizon));
+  makeTables(bodies, sizes.tables);
+  for (auto* blocks : {&whole_, &pieces_})
+    for (Block& block : *blocks)
+      block.view = makeView(block, bodies[static_cast<std::size_t>(block.body)]);
+  for (const Particle& body : bodies)
+    if (body.constrained || body.nodes() > sizes.whole)
+      for (Index begin = body.start; begin < body.stop; begin += nodes_of_range)
+        other_nodes_.push_back({begin, std::min(begin + nodes_of_range, body.stop), body.id});
+}
+
+void PeridynamicForce::addWholeBodies(const State& state, const BondTable& bonds,
+                                      const std::vector<Particle>& bodies, Index largest,
+                                      int threads) {
+  for (const Particle& body : bodies)
+    if (!body.constrained && body.nodes() <= largest) whole_.push_back({body.id, 0, 0, {}});
+  const auto n_bodies = static_cast<std::ptrdiff_t>(whole_.size());
+  std::vector<std::uint64_t> hashes(whole_.size());
+#pragma omp parallel for num_threads(threads) schedule(static) if (n_bodies > 100)
+  for (std::ptrdiff_t k = 0; k < n_bodies; ++k) {
+    const auto block = static_cast<std::size_t>(k);
+    hashes[block] = hashOfBonds(bonds, bodies[static_cast<std::size_t>(whole_[block].body)]);
+  }
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> found;  // patterns by hash
+  for (std::size_t k = 0; k < whole_.size(); ++k) {
+    const Particle& body = bodies[static_cast<std::size_t>(whole_[k].body)];
+    auto& candidates = found[hashes[k]];
+    const auto same = std::find_if(candidates.begin(), candidates.end(), [&](std::size_t pattern) {
+      const Particle& other = bodies[static_cast<std::size_t>(pattern_bodies_[pattern])];
+      return sameInFrame(state, bonds, other, body, dimension_);
+    });
+    if (same == candidates.end()) {
+      candidates.push_back(pattern_bodies_.size());
+      whole_[k].pattern = pattern_bodies_.size();
+      pattern_bodies_.push_back(body.id);
+    } else {
+      whole_[k].pattern = *same;
     }
   }
-  // Largest first, so that no thread ends with a long one.
-  std::stable_sort(whole_.begin(), whole_.end(),
-                   [](const BondBlock& p, const BondBlock& q) { return p.n_groups > q.n_groups; });
-  std::vector<BondBlock*> order;
-  for (BondBlock& block : whole_) order.push_back(&block);
-  for (BondBlock& block : pieces_) order.push_back(&block);
-  groups_.pack(order);
-  for (const BondBlock* block : order)
-    run_(Stage::lengths, dimension_, {},
-         viewOf(*block, groups_, bodies[static_cast<std::size_t>(block->body)]), {}, {}, {});
+  patterns_.resize(pattern_bodies_.size());
+  const auto n_patterns = static_cast<std::ptrdiff_t>(patterns_.size());
+#pragma omp parallel for num_threads(threads) schedule(dynamic, 1) if (n_patterns > 1)
+  for (std::ptrdiff_t k = 0; k < n_patterns; ++k) {
+    const auto pattern = static_cast<std::size_t>(k);
+    const Particle& body = bodies[static_cast<std::size_t>(pattern_bodies_[pattern])];
+    patterns_[pattern] = makeBondPattern(state, bonds, body, dimension_);
+  }
+}
+
+void PeridynamicForce::addPieces(const State& state, const BondTable& bonds, const Particle& body,
+                                 Index nodes_of_piece, int threads) {
+  const Index parts = (body.nodes() + nodes_of_piece - 1) / nodes_of_piece;
+  std::size_t n_places = 0;
+  for (BondPattern& pattern :
+       makeBondPatterns(state, bonds, body, dimension_, partitionBody(state, bonds, body, parts),
+                        parts, threads)) {
+    pieces_.push_back({body.id, patterns_.size(), 0, {}});
+    n_places = pattern.first_place + pattern.n_padded;
+    patterns_.push_back(std::move(pattern));
+    pattern_bodies_.push_back(body.id);
+  }
+  Exchange& exchange = exchanges_[static_cast<std::size_t>(body.id)];
+  for (auto& component : exchange.z) component = AlignedArray(n_places);
+  exchange.theta = AlignedArray(n_places);
+}
+
+void PeridynamicForce::makeTables(const std::vector<Particle>& bodies, Tables tables) {
+  std::vector<char> shared(patterns_.size(), 0);
+  for (const Block& block : whole_)
+    if (block.body != pattern_bodies_[block.pattern]) shared[block.pattern] = 1;
+  std::size_t n_all = 0;
+  for (const BondPattern& pattern : patterns_) n_all += pattern.groups.size() * group_numbers;
+  const bool keep_all = tables == Tables::all || (tables == Tables::automatic &&
+                                                  n_all * sizeof(double) <= quarterOfMemory());
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < patterns_.size(); ++k) {
+    const Influence& influence = influences_[static_cast<std::size_t>(pattern_bodies_[k])];
+    const bool slow = influence.numbers().beta > 0;  // a Gaussian
+    const bool kept = keep_all || slow || shared[k];
+    first_number_.push_back(kept ? n : no_table);
+    if (kept) n += patterns_[k].groups.size() * group_numbers;
+  }
+  numbers_ = AlignedArray(n);
+  for (const auto* blocks : {&whole_, &pieces_})
+    for (const Block& block : *blocks)
+      if (block.body == pattern_bodies_[block.pattern] && first_number_[block.pattern] != no_table)
+        run_(Stage::table, dimension_, lawOf(block.body),
+             makeView(block, bodies[static_cast<std::size_t>(block.body)]), {}, {}, {});
+}
+
+LawView PeridynamicForce::lawOf(Index body) const {
+  const Law& law = laws_[static_cast<std::size_t>(body)];
+  LawView view;
+  view.lps = std::get_if<Lps>(&law);
+  view.pmb = std::get_if<Pmb>(&law);
+  view.rnp = std::get_if<Rnp>(&law);
+  view.state_based_stage = state_based_stage_;
+  return view;
+}
+
+BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
+  BondPattern& pattern = patterns_[block.pattern];
+  Exchange& exchange = exchanges_[static_cast<std::size_t>(body.id)];
+  const std::size_t first = first_number_[block.pattern];
+  double* const table = first == no_table ? nullptr : numbers_.data() + first;
+  const Real volume_unit = std::pow(body.horizon, dimension_);
+  // Force density in the model over that in the frame.
+  const Real force_unit = std::holds_alternative<Lps>(body.law) ? 1 / body.horizon : volume_unit;
+  BlockView view{pattern.n_own,
+                 pattern.n_padded,
+                 pattern.n_halo,
+                 pattern.tiles.size(),
+                 pattern.nodes.data(),
+                 pattern.halo_places.data(),
+                 pattern.tiles.data(),
+                 pattern.groups.data(),
+                 table,
+                 intact_.data() + block.first_group,
+                 {pattern.z_ref[0].data(), pattern.z_ref[1].data(), pattern.z_ref[2].data()},
+                 pattern.volume.data(),
+                 pattern.inverse_volume.data(),
+                 pattern.dilatation_factor.data(),
+                 pattern.a.data(),
+                 pattern.b.data(),
+                 static_cast<std::size_t>(body.start),
+                 static_cast<std::size_t>(body.center_node),
+                 {},
+                 {},
+                 {},
+                 body.self_contact_radius / body.horizon,
+                 body.self_contact_kn * volume_unit * body.horizon / force_unit,
+                 {{exchange.z[0].data(), exchange.z[1].data(), exchange.z[2].data()},
+                  exchange.theta.data(),
+                  pattern.first_place},
+                 influences_[static_cast<std::size_t>(body.id)].numbers(),
+                 {},
+                 false,
+                 {},
+                 0};
+  const Real h = body.mesh_size / body.horizon;
+  view.reference = {(1 - h / 2) / (1 - fuzzy_tolerance), (1 - h / 2) / h, 1 / h};
+  for (int d = 0; d < 3; ++d)
+    for (int e = 0; e < 3; ++e) {
+      view.into_frame[d][e] = body.rotation(e, d) / body.horizon;
+      view.out_of_frame[d][e] = body.rotation(d, e) * force_unit;
+    }
+  return view;
 }
 
 void PeridynamicForce::prepareScratch(int threads) {
+  std::size_t places = 0;
+  std::size_t groups = 0;
+  std::size_t groups_of_whole = 0;
+  if (scratch_.size() >= static_cast<std::size_t>(threads)) return;
+  for (const BondPattern& pattern : patterns_) {
+    places = std::max(places, pattern.n_all);
+    groups = std::max(groups, pattern.groups.size());
+  }
+  for (const Block& block : whole_)
+    groups_of_whole = std::max(groups_of_whole, patterns_[block.pattern].groups.size());
   while (scratch_.size() < static_cast<std::size_t>(threads))
-    scratch_.push_back(std::make_unique<Scratch>(most_places_, most_groups_));
+    scratch_.push_back(std::make_unique<Scratch>(places, groups, groups_of_whole));
 }
 
-void PeridynamicForce::runStage(Stage stage, const BondBlock& block, State& state, BondTable* bonds,
-                                const std::vector<Particle>& bodies, Scratch& scratch) {
-  const Particle& body = bodies[static_cast<std::size_t>(block.body)];
-  LawView law = viewOf(body.law);
-  law.state_based_stage = state_based_stage_;
+void PeridynamicForce::runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
+                                const Vec3& body_force, Scratch& scratch, const Particle* next) {
   const NodeArrays nodes{state.u.front().data(), state.f.front().data(), state.theta.data(),
                          state.damage_z.data()};
-  run_(stage, dimension_, law, viewOf(block, groups_, body), nodes, scratch.view(),
-       {clearFlag, bonds});
+  BlockView view = block.view;
+  for (int d = 0; d < 3; ++d) view.body_force[d] = body_force[d];
+  view.write_theta = dilatation_known_;
+  if (next != nullptr) {
+    const auto start = static_cast<std::size_t>(next->start);
+    view.next[0] = state.f[start].data();
+    view.next[1] = state.v[start].data();
+    view.next[2] = state.u[start].data();
+    view.next[3] = state.x[start].data();
+    view.next_lines = static_cast<std::size_t>(next->nodes()) * sizeof(Vec3) / 64;
+  }
+  run_(stage, dimension_, lawOf(block.body), view, nodes, scratch.view(), {clearFlag, bonds});
 }
 
 void PeridynamicForce::compute(State& state, BondTable& bonds, const std::vector<Particle>& bodies,
-                               int threads) {
-  prepareScratch(threads);
-  const auto n_whole = static_cast<std::ptrdiff_t>(whole_.size());
-  const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
-  const auto run = [&](Stage stage, std::vector<BondBlock>& blocks, std::ptrdiff_t k,
-                       Scratch& scratch) {
-    runStage(stage, blocks[static_cast<std::size_t>(k)], state, &bonds, bodies, scratch);
-  };
-#pragma omp parallel num_threads(threads) if (groups_.groups.size() > groups_worth_threads)
-  {
-    Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
-#pragma omp for schedule(dynamic, 1) nowait
-    for (std::ptrdiff_t k = 0; k < n_whole; ++k) run(Stage::whole, whole_, k, scratch);
-#pragma omp for schedule(dynamic, 1)
-    for (std::ptrdiff_t k = 0; k < n_pieces; ++k) run(Stage::dilatation, pieces_, k, scratch);
-#pragma omp for schedule(dynamic, 1)
-    for (std::ptrdiff_t k = 0; k < n_pieces; ++k) run(Stage::force, pieces_, k, scratch);
-  }
+                               const Vec3& gravity, int threads) {
+  run(nullptr, state, bonds, bodies, gravity, threads);
 }
 
-void PeridynamicForce::computeDamage(State& state, const std::vector<Particle>& bodies,
-                                     int threads) {
+Kick PeridynamicForce::moveAndCompute(const KickAndDrift& motion, State& state, BondTable& bonds,
+                                      const std::vector<Particle>& bodies, const Vec3& gravity,
+                                      int threads) {
+  return run(&motion, state, bonds, bodies, gravity, threads);
+}
+
+Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& bonds,
+                           const std::vector<Particle>& bodies, const Vec3& gravity, int threads) {
   prepareScratch(threads);
-  const auto n = static_cast<std::ptrdiff_t>(whole_.size() + pieces_.size());
-#pragma omp parallel num_threads(threads) if (groups_.groups.size() > groups_worth_threads)
+  const auto n_ranges = static_cast<std::ptrdiff_t>(other_nodes_.size());
+  const auto n_whole = static_cast<std::ptrdiff_t>(whole_.size());
+  const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
+  // Bodies that follow each other, so that a thread can fetch its next one early; few enough that
+  // no thread ends with a long share.
+  const std::ptrdiff_t bodies_at_a_time =
+      std::clamp<std::ptrdiff_t>(n_whole / (32 * threads), 1, 8);
+  Kick kicked;
+#pragma omp parallel num_threads(threads) if (intact_.size() > groups_worth_threads)
   {
     Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
+    Kick own;
+    const auto runBlock = [&](Stage stage, const Block& block, const Particle* next = nullptr) {
+      const Particle& body = bodies[static_cast<std::size_t>(block.body)];
+      if (motion != nullptr && stage == Stage::whole)
+        own.merge(move(*motion, state, body, body.start, body.stop));
+      runStage(stage, block, state, &bonds, body.density * gravity, scratch, next);
+    };
+#pragma omp for schedule(static)
+    for (std::ptrdiff_t k = 0; k < n_ranges; ++k) {
+      const NodeRange& range = other_nodes_[static_cast<std::size_t>(k)];
+      const Particle& body = bodies[static_cast<std::size_t>(range.body)];
+      if (motion != nullptr) own.merge(move(*motion, state, body, range.begin, range.end));
+      if (body.constrained)
+        std::fill(state.f.begin() + range.begin, state.f.begin() + range.end,
+                  body.density * gravity);
+    }
+#pragma omp for schedule(static) nowait
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
+      runBlock(Stage::place, pieces_[static_cast<std::size_t>(k)]);
+#pragma omp for schedule(dynamic, bodies_at_a_time)
+    for (std::ptrdiff_t k = 0; k < n_whole; ++k) {
+      const auto block = static_cast<std::size_t>(k);
+      const Particle* next = block + 1 < whole_.size()
+                                 ? &bodies[static_cast<std::size_t>(whole_[block + 1].body)]
+                                 : nullptr;
+      runBlock(Stage::whole, whole_[block], next);
+    }
+#pragma omp for schedule(dynamic, 1)
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
+      runBlock(Stage::dilatation, pieces_[static_cast<std::size_t>(k)]);
+#pragma omp for schedule(dynamic, 1)
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
+      runBlock(Stage::force, pieces_[static_cast<std::size_t>(k)]);
+#pragma omp critical(peridem_kick)
+    kicked.merge(own);
+  }
+  dilatation_known_ = true;
+  return kicked;
+}
+
+Kick PeridynamicForce::move(const KickAndDrift& motion, State& state, const Particle& body,
+                            Index begin, Index end) const {
+  if ((*motion.locked_bodies)[static_cast<std::size_t>(body.id)])
+    return motion.move(state, begin, end, dimension_);
+  const NodeSpeed speed =
+      move_({motion.k / body.density, motion.dt, motion.speed_limit,
+             static_cast<std::size_t>(begin), static_cast<std::size_t>(end), dimension_},
+            {state.f.front().data(), state.v.front().data(), state.u.front().data(),
+             state.x.front().data()});
+  return {speed.within_limit, speed.fastest};
+}
+
+void PeridynamicForce::computeDamage(State& state, int threads) {
+  prepareScratch(threads);
+  const auto n = static_cast<std::ptrdiff_t>(whole_.size() + pieces_.size());
+#pragma omp parallel num_threads(threads) if (intact_.size() > groups_worth_threads)
+  {
+    Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
+    const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
+#pragma omp for schedule(static)
+    for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
+      runStage(Stage::place, pieces_[static_cast<std::size_t>(k)], state, nullptr, Vec3::Zero(),
+               scratch);
 #pragma omp for schedule(dynamic, 1)
     for (std::ptrdiff_t k = 0; k < n; ++k) {
       const auto index = static_cast<std::size_t>(k);
-      BondBlock& block = index < whole_.size() ? whole_[index] : pieces_[index - whole_.size()];
-      runStage(Stage::damage, block, state, nullptr, bodies, scratch);
+      const Block& block = index < whole_.size() ? whole_[index] : pieces_[index - whole_.size()];
+      runStage(Stage::damage, block, state, nullptr, Vec3::Zero(), scratch);
     }
   }
 }
 
-void PeridynamicForce::importFlags(const BondTable& bonds) {
-  for (auto* blocks : {&whole_, &pieces_})
-    for (BondBlock& block : *blocks)
-      for (std::size_t g = block.first_group; g < block.first_group + block.n_groups; ++g) {
-        BondGroup& group = groups_.groups[g];
-        unsigned bits = 0;
-        for (unsigned lane = 0; lane < lanes; ++lane) {
-          if (!((group.exists >> lane) & 1)) continue;
-          const Index i = block.nodes[static_cast<std::size_t>(group.row)];
-          const Index j = block.nodes[static_cast<std::size_t>(group.tile) + lane];
-          if (bonds.intact[bonds.find(i, j)]) bits |= 1u << lane;
+void PeridynamicForce::importFlags(const BondTable& bonds, const std::vector<Particle>& bodies) {
+  const bool all_intact =
+      std::find(bonds.intact.begin(), bonds.intact.end(), 0) == bonds.intact.end();
+  for (const auto* blocks : {&whole_, &pieces_})
+    for (const Block& block : *blocks) {
+      const BondPattern& pattern = patterns_[block.pattern];
+      const Index start = bodies[static_cast<std::size_t>(block.body)].start;
+      for (const TileBonds& tile : pattern.tiles)
+        for (std::size_t g = tile.begin; g < tile.end; ++g) {
+          const BondGroup group = pattern.groups[g];
+          unsigned bits = 0;
+          if (all_intact) {
+            intact_[block.first_group + g] = group.exists;
+            continue;
+          }
+          for (unsigned lane = 0; lane < lanes; ++lane) {
+            if (!((group.exists >> lane) & 1u)) continue;
+            const Index i = start + pattern.nodes[tile.tile + lane];
+            const Index j = start + pattern.nodes[group.row];
+            if (bonds.intact[bonds.find(i, j)]) bits |= 1u << lane;
+          }
+          intact_[block.first_group + g] = static_cast<LaneBits>(bits);
         }
-        group.intact = static_cast<LaneBits>(bits);
-      }
+    }
 }
 
 std::size_t PeridynamicForce::bytes() const {
-  std::size_t sum = 0;
-  for (const auto* blocks : {&whole_, &pieces_})
-    for (const BondBlock& block : *blocks) sum += block.bytes();
+  std::size_t sum = intact_.size() + numbers_.size() * sizeof(double);
+  for (const BondPattern& pattern : patterns_) sum += pattern.bytes();
+  for (const Exchange& exchange : exchanges_) sum += 4 * exchange.theta.size() * sizeof(double);
   return sum;
 }
 

@@ -1,21 +1,30 @@
 // Peridynamic forces inside the bodies: break test, dilatation, bond forces, damage.
 #pragma once
 
+#include <array>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "bond_block.h"
 #include "bonds.h"
+#include "integrator.h"
 #include "particle.h"
 #include "peridynamic_kernel.h"
 #include "state.h"
 
 namespace peridem {
 
+// Which patterns keep a table of their bonds. The forces are the same to the last bit.
+// Few: only where bodies share them or the numbers take long to compute. Automatic: all of them if
+// they take less than a quarter of the machine's memory; computing takes up to a quarter longer.
+enum class Tables { automatic, all, few };
+
 // Nodes per block of a body that is cut into pieces, and the largest body that is not.
 struct BlockSizes {
-  Index piece = 512;
+  Tables tables = Tables::automatic;
+  Index piece = 2048;
   Index whole = 1500;
 };
 
@@ -28,38 +37,82 @@ class PeridynamicForce {
   // `influences[body]`: influence function of each body.
   PeridynamicForce(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
                    const std::vector<Influence>& influences, int dimension, Compatibility mode,
-                   const BlockSizes& sizes = {});
+                   const BlockSizes& sizes = {}, int threads = 1);
 
-  // Break test of state-based bonds, dilatation theta, then f = internal force density of the
-  // moving bodies. Flags of bonds that break are cleared in the table.
-  void compute(State& state, BondTable& bonds, const std::vector<Particle>& bodies, int threads);
+  // Break test of state-based bonds, dilatation theta, then f = internal force density (none in
+  // bodies that never move) + rho g. Flags of bonds that break are cleared in the table.
+  void compute(State& state, BondTable& bonds, const std::vector<Particle>& bodies,
+               const Vec3& gravity, int threads);
 
-  // Damage Z at the current state. It does not act back on the forces, so that it is enough to
-  // compute it when someone looks.
-  void computeDamage(State& state, const std::vector<Particle>& bodies, int threads);
+  // The same after the nodes have been moved, body by body while a body is in the cache.
+  Kick moveAndCompute(const KickAndDrift& motion, State& state, BondTable& bonds,
+                      const std::vector<Particle>& bodies, const Vec3& gravity, int threads);
+
+  // Damage Z at the current state, and theta of the last compute() if there was one. They do not
+  // act back on the forces from there, so that it is enough to write them when someone looks.
+  void computeDamage(State& state, int threads);
 
   // Takes over the flags of the table, after they have been set from outside.
-  void importFlags(const BondTable& bonds);
+  void importFlags(const BondTable& bonds, const std::vector<Particle>& bodies);
 
   std::size_t bytes() const;
   const std::string& instructionSet() const { return instruction_set_; }
 
  private:
+  static constexpr std::size_t no_table = std::numeric_limits<std::size_t>::max();
   class Scratch;
+  // Over the places of all pieces of a body; see BondPattern::halo_places.
+  struct Exchange {
+    std::array<AlignedArray, 3> z;
+    AlignedArray theta;
+  };
+  // A body or a piece of one: a pattern and its flags.
+  struct Block {
+    Index body;
+    std::size_t pattern;
+    std::size_t first_group;  // in intact_
+    BlockView view;
+  };
+  // Nodes of bodies that are not whole blocks: of partitioned ones, or of those that never move.
+  struct NodeRange {
+    Index begin, end;
+    Index body;
+  };
+  void addWholeBodies(const State& state, const BondTable& bonds,
+                      const std::vector<Particle>& bodies, Index largest, int threads);
+  void addPieces(const State& state, const BondTable& bonds, const Particle& body,
+                 Index nodes_of_piece, int threads);
+  BlockView makeView(const Block& block, const Particle& body);
+  Kick run(const KickAndDrift* motion, State& state, BondTable& bonds,
+           const std::vector<Particle>& bodies, const Vec3& gravity, int threads);
+  LawView lawOf(Index body) const;
+  Kick move(const KickAndDrift& motion, State& state, const Particle& body, Index begin,
+            Index end) const;
   void prepareScratch(int threads);
-  void runStage(Stage stage, const BondBlock& block, State& state, BondTable* bonds,
-                const std::vector<Particle>& bodies, Scratch& scratch);
+  void runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
+                const Vec3& body_force, Scratch& scratch, const Particle* next = nullptr);
 
   int dimension_ = 2;
   std::string instruction_set_;
   RunBlock run_ = nullptr;
-  std::vector<BondBlock> whole_;   // blocks that are whole bodies, largest first
-  std::vector<BondBlock> pieces_;  // blocks of partitioned bodies
-  BondGroups groups_;
-  std::size_t most_places_ = 0;
-  std::size_t most_groups_ = 0;                    // among whole bodies
+  MoveNodes move_ = nullptr;
+  void makeTables(const std::vector<Particle>& bodies, Tables tables);
+
+  std::vector<Influence> influences_;  // of each body
+  std::vector<Law> laws_;              // of each body, in its frame
+  std::vector<NodeRange> other_nodes_;
+  std::vector<BondPattern> patterns_;
+  // Tables: group_numbers for each group, weights with V_i V_j. One array, as large ones stream.
+  AlignedArray numbers_;
+  std::vector<std::size_t> first_number_;          // of each pattern; no_table
+  std::vector<Index> pattern_bodies_;              // the first body that has the pattern
+  std::vector<Block> whole_;                       // blocks that are whole bodies, largest first
+  std::vector<Block> pieces_;                      // blocks of partitioned bodies
+  std::vector<Exchange> exchanges_;                // of each body; empty for whole ones
+  std::vector<LaneBits> intact_;                   // of the groups of all blocks
   std::vector<std::unique_ptr<Scratch>> scratch_;  // one per thread
   bool state_based_stage_ = true;                  // see the constructor
+  bool dilatation_known_ = false;                  // of partitioned bodies, by a compute()
 };
 
 }  // namespace peridem

@@ -8,349 +8,626 @@ namespace peridem::PERIDEM_ISA {
 
 namespace {
 
-// z = (X - X_c) + (u - u_c): positions relative to the centre node of the body, so that a rigid
-// translation leaves them unchanged to the last digit.
+// Nodes of a large body lie anywhere in the arrays of the model; asked for early enough, they are
+// there in time.
+enum class Access { read = 0, write = 1 };
+template <Access access>
+PERIDEM_INLINE void prefetchNode(const BlockView& block, const double* vectors, std::size_t k) {
+  constexpr std::size_t nodes_ahead = 32;
+  if (k + nodes_ahead >= block.n_own) return;
+  const auto node = block.start + static_cast<std::size_t>(block.nodes[k + nodes_ahead]);
+  __builtin_prefetch(vectors + 3 * node, static_cast<int>(access));
+}
+
+// One line for every group: a body has more groups than its arrays have lines.
+PERIDEM_INLINE void prefetchNextBody(const BlockView& block, std::size_t g) {
+  const std::size_t line = g / 4;
+  if (line < block.next_lines) __builtin_prefetch(block.next[g % 4] + lanes * line, 1);
+}
+
+// y = z_ref + Q^T (u - u_c) / eps of the own nodes: a rigid translation leaves it unchanged to the
+// last digit.
 template <int Dim>
-PERIDEM_INLINE void placeNodes(const BlockView& block, const NodeArrays& nodes,
-                               const KernelScratch& work) {
-  for (std::size_t k = 0; k < block.n_all; ++k) {
-    const Index node = block.nodes[k];
+void placeNodes(const BlockView& shared, const NodeArrays& nodes, double* const (&z)[3]) {
+  const BlockView block = shared;  // copies that can stay in registers
+  double u_c[Dim];
+  for (int d = 0; d < Dim; ++d) u_c[d] = nodes.u[3 * block.center + static_cast<std::size_t>(d)];
+  const double* all_u = nodes.u + 3 * block.start;
+  for (std::size_t k = 0; k < block.n_own; ++k) {
+    prefetchNode<Access::read>(block, nodes.u, k);
+    const double* u = all_u + 3 * static_cast<std::size_t>(block.nodes[k]);
+    double motion[Dim];
+    for (int d = 0; d < Dim; ++d) motion[d] = u[d] - u_c[d];
     for (int d = 0; d < Dim; ++d) {
-      const double u = node < 0 ? 0
-                                : nodes.u[3 * static_cast<std::size_t>(node) + d] -
-                                      nodes.u[3 * block.center + d];
-      work.z[d][k] = block.z_ref[d][k] + u;
+      double y = block.z_ref[d][k];
+      for (int e = 0; e < Dim; ++e) y += block.into_frame[d][e] * motion[e];
+      z[d][k] = y;
     }
   }
+  for (std::size_t k = block.n_own; k < block.n_padded; ++k)
+    for (int d = 0; d < Dim; ++d) z[d][k] = 0;
 }
 
-PERIDEM_INLINE void clear(double* values, std::size_t n) {
-  for (std::size_t k = 0; k < n; ++k) values[k] = 0;
+// The own places of an array over all pieces, then those of the halo.
+void fetch(const BlockView& block, const double* of_pieces, double* places) {
+  const double* own = of_pieces + block.pieces.first;
+  for (std::size_t k = 0; k < block.n_padded; ++k) places[k] = own[k];
+  for (std::size_t k = 0; k < block.n_halo; ++k)
+    places[block.n_padded + k] = of_pieces[block.halo_places[k]];
 }
 
-PERIDEM_INLINE double* lengthsOf(const BlockView& block, std::size_t g) {
-  return block.numbers + group_numbers * g;
-}
-PERIDEM_INLINE double* influencesOf(const BlockView& block, std::size_t g) {
-  return lengthsOf(block, g) + lanes;
-}
-
-// The numbers stream through once per pass; asked for early enough, they are there in time.
-PERIDEM_INLINE void prefetchNumbers(const BlockView& block, std::size_t g) {
-  constexpr std::size_t groups_ahead = 14;
-  const double* numbers = lengthsOf(block, g + groups_ahead);
-  __builtin_prefetch(numbers);
-  __builtin_prefetch(numbers + lanes);
-}
-
-// y = z_j - z_i of the eight bonds of a group.
 template <int Dim>
-struct Group {
-  std::size_t tile;
+void fetchPositions(const BlockView& block, const NodeArrays& nodes, const KernelScratch& work) {
+  if (block.pieces.theta == nullptr) return placeNodes<Dim>(block, nodes, work.z);
+  for (int d = 0; d < Dim; ++d) fetch(block, block.pieces.z[d], work.z[d]);
+}
+
+// y_j of the eight nodes of a tile; their bonds with one node have y_j - y_i.
+template <int Dim>
+struct TilePositions {
+  Lanes z[Dim];
+
+  PERIDEM_INLINE TilePositions(const double* const (&places)[3], std::size_t tile) {
+    for (int d = 0; d < Dim; ++d) z[d] = load(places[d] + tile);
+  }
+};
+
+// The bonds of node i with a tile, from i to the tile.
+template <int Dim>
+struct Deformed {
   Lanes y[Dim];
-  Lanes inverse_length;  // 1/|y|; 0 in lanes without bond
-  Lanes deformed_length;
+  Lanes squared;         // |y|^2
+  Lanes inverse_length;  // 1/|y|
+  Lanes length;          // |y|
 
-  PERIDEM_INLINE Group(const BlockView& block, const double* const z[3], std::size_t i,
-                       std::size_t g)
-      : tile(static_cast<std::size_t>(block.groups[g].tile)) {
-    Lanes squared;
+  PERIDEM_INLINE Deformed(const TilePositions<Dim>& tile, const double* const (&places)[3],
+                          std::size_t i) {
     for (int d = 0; d < Dim; ++d) {
-      y[d] = load(z[d] + tile) - z[d][i];
-      squared = multiplyAdd(y[d], y[d], squared);
+      y[d] = tile.z[d] - places[d][i];
+      squared = d == 0 ? y[d] * y[d] : multiplyAdd(y[d], y[d], squared);
     }
-    inverse_length = keep(block.groups[g].exists, inverseSquareRoot(squared));
-    deformed_length = squared * inverse_length;
+    inverse_length = inverseSquareRoot(squared);
+    length = squared * inverse_length;
   }
 };
 
-// Elongation e and direction of the force of a group's bonds, as the law wants them.
+enum class Table { kept, computed };
+
+// What a tile needs to compute the lengths and weights of its bonds.
+template <int Dim, Table table>
+struct TileReference {
+  PERIDEM_INLINE TileReference(const BlockView&, std::size_t) {}
+};
+template <int Dim>
+struct TileReference<Dim, Table::computed> {
+  TilePositions<Dim> positions;
+  Lanes volume;
+
+  PERIDEM_INLINE TileReference(const BlockView& block, std::size_t tile)
+      : positions({block.z_ref[0], block.z_ref[1], block.z_ref[2]}, tile),
+        volume(load(block.volume + tile)) {}
+};
+
+// J times the partial-volume factor 1 or (eps + h/2 - r) / h; lengths in units of eps.
+PERIDEM_INLINE Lanes partialVolume(const BondReference& reference, const Lanes& J, const Lanes& r) {
+  const LaneBits beyond = greaterBits(r, broadcast(reference.partial_from));
+  const Lanes lost = multiplySubtract(broadcast(reference.inverse_mesh_size), r,
+                                      broadcast(reference.partial_offset));
+  return J + keepProduct(beyond, J, lost);
+}
+
+// J(a) = a0 + a1 a
+struct LinearInfluence {
+  PERIDEM_INLINE static Lanes at(const InfluenceNumbers& numbers, const Lanes& a) {
+    return multiplyAdd(a, broadcast(numbers.a1), broadcast(numbers.a0));
+  }
+};
+// J(a) = a0 exp(-a^2 / beta)
+struct GaussianInfluence {
+  PERIDEM_INLINE static Lanes at(const InfluenceNumbers& numbers, const Lanes& a) {
+    return numbers.a0 * exponential(a * a * (-1 / numbers.beta));
+  }
+};
+
+// Lengths r (1/r for laws along the reference bond) and weights of the bonds of a group.
+template <class Law>
+struct ReferenceBond {
+  Lanes number;
+  Lanes weight;
+
+  template <int Dim>
+  PERIDEM_INLINE ReferenceBond(const BlockView& block, const TileReference<Dim, Table::kept>&,
+                               std::size_t, std::size_t g) {
+    const double* numbers = block.numbers + group_numbers * g;
+    number = load(numbers);
+    weight = load(numbers + lanes);
+    constexpr int ahead = 14 * group_numbers;  // asked for early enough, they are there in time
+    __builtin_prefetch(numbers + ahead);
+    __builtin_prefetch(numbers + ahead + lanes);
+  }
+
+  template <int Dim, class Influence = LinearInfluence>
+  PERIDEM_INLINE ReferenceBond(const BlockView& block,
+                               const TileReference<Dim, Table::computed>& tile, std::size_t i,
+                               std::size_t, Influence = {}) {
+    const double* const places[3] = {block.z_ref[0], block.z_ref[1], block.z_ref[2]};
+    const Deformed<Dim> bond(tile.positions, places, i);
+    number = Law::along_deformed_bond ? bond.length : bond.inverse_length;
+    const Lanes J =
+        partialVolume(block.reference, Influence::at(block.influence, bond.length), bond.length);
+    weight = Law::weight(J, bond.inverse_length) * (tile.volume * block.volume[i]);
+  }
+};
+
+// Elongation e of the bonds of node i with a tile, what the law calls their stretch, and the
+// direction of their forces, times `inverse` a unit vector. Along the deformed bond: number = r,
+// stretch = e. Along the reference bond: number = 1/r, stretch = s. (Results by reference: GCC
+// keeps them in registers, but not the members of a class.)
 template <int Dim, class Law>
-struct Stretch {
-  Lanes e;
-  Lanes direction[Dim];
-
-  PERIDEM_INLINE Stretch(const BlockView& block, const Group<Dim>& group, std::size_t i, Lanes r) {
-    if constexpr (Law::along_deformed_bond) {
-      e = group.deformed_length - r;
-      for (int d = 0; d < Dim; ++d) direction[d] = group.y[d] * group.inverse_length;
-    } else {
-      e = Lanes();
-      for (int d = 0; d < Dim; ++d) {
-        const Lanes xi = load(block.z_ref[d] + group.tile) - block.z_ref[d][i];
-        e = multiplyAdd(group.y[d] - xi, xi, e);
-        direction[d] = xi / r;
-      }
-      e = e / r;
+PERIDEM_INLINE void stretchOf(const BlockView& block, const Deformed<Dim>& bond,
+                              const Lanes& number, std::size_t i, std::size_t tile,
+                              Lanes& elongation, Lanes& stretch, Lanes (&direction)[Dim],
+                              Lanes& inverse) {
+  if constexpr (Law::along_deformed_bond) {
+    elongation = bond.length - number;
+    stretch = elongation;
+    for (int d = 0; d < Dim; ++d) direction[d] = bond.y[d];
+    inverse = bond.inverse_length;
+  } else {
+    Lanes eta_xi;  // (u_j - u_i) . xi
+    for (int d = 0; d < Dim; ++d) {
+      direction[d] = load(block.z_ref[d] + tile) - block.z_ref[d][i];
+      eta_xi = multiplyAdd(bond.y[d] - direction[d], direction[d], eta_xi);
     }
+    elongation = eta_xi * number;
+    stretch = elongation * number;
+    inverse = number;
   }
-};
+}
 
 // Out of the way of the loops: bonds break seldom.
 [[gnu::noinline]] void markBroken(const BlockView& block, const BreakListener& listener,
-                                  std::size_t i, std::size_t g, LaneBits broken) {
-  BondGroup& group = block.groups[g];
-  group.intact = static_cast<LaneBits>(group.intact & ~broken);
-  const auto tile = static_cast<std::size_t>(group.tile);
+                                  std::size_t i, std::size_t tile, std::size_t g, LaneBits broken,
+                                  bool both) {
+  block.intact[g] = static_cast<LaneBits>(block.intact[g] & ~broken);
+  const auto node = [&](std::size_t place) {
+    return static_cast<Index>(block.start) + block.nodes[place];
+  };
   for (std::size_t lane = 0; lane < lanes; ++lane)
-    if ((broken >> lane) & 1)
-      listener.broken(listener.context, block.nodes[i], block.nodes[tile + lane],
-                      tile < block.n_padded);
+    if ((broken >> lane) & 1) listener.broken(listener.context, node(tile + lane), node(i), both);
 }
 
-// Break test; returns the bits that are still intact.
-template <class Law>
-PERIDEM_INLINE LaneBits breakBonds(const Law& law, const BlockView& block,
-                                   const BreakListener& listener, std::size_t i, std::size_t g,
-                                   LaneBits intact, const Lanes& r, const Lanes& e) {
-  const auto broken = static_cast<LaneBits>(greaterBits(law.excess(r, e), Lanes()) & intact);
-  if (broken) [[unlikely]]
-    markBroken(block, listener, i, g, broken);
-  return static_cast<LaneBits>(intact & ~broken);
+// Whether the row of a group is an own node, which takes its share of the force.
+struct RowIsOwn {
+  static constexpr bool value = true;
+};
+struct RowIsHalo {
+  static constexpr bool value = false;
+};
+
+// For every tile of own nodes: tile = begin(place), visit(tile, i, g, row) for each of its groups,
+// end(tile). Sums of a tile stay in registers meanwhile; those of the rows are in memory, eight
+// lanes each, until all groups are done.
+template <class Begin, class Visit, class End>
+PERIDEM_INLINE void forEachGroup(const BlockView& block, Begin begin, Visit visit, End end) {
+  for (std::size_t t = 0; t < block.n_tiles; ++t) {
+    const TileBonds bonds = block.tiles[t];
+    auto tile = begin(std::size_t{bonds.tile});
+    for (std::size_t g = bonds.begin; g < bonds.halo; ++g)
+      visit(tile, std::size_t{block.groups[g].row}, g, RowIsOwn{});
+    for (std::size_t g = bonds.halo; g < bonds.end; ++g)
+      visit(tile, std::size_t{block.groups[g].row}, g, RowIsHalo{});
+    end(tile);
+  }
 }
 
-// Calls visit(i, g, in_block) for every group. One flat loop: rows are short, and a loop over each
-// would be mispredicted at every end.
-template <class Visit>
-PERIDEM_INLINE void forEachGroup(const BlockView& block, Visit visit) {
-  for (std::size_t g = 0; g < block.n_inside; ++g)
-    visit(static_cast<std::size_t>(block.groups[g].row), g, true);
-  for (std::size_t g = block.n_inside; g < block.n_groups; ++g)
-    visit(static_cast<std::size_t>(block.groups[g].row), g, false);
+// Sums of rows and columns of eight places; the rows are zero afterwards.
+PERIDEM_INLINE Lanes takeSums(double* row, const double* column, std::size_t place) {
+  double* rows = row + lanes * place;
+  const Lanes sums = sumsOfRows(rows) + load(column + place);
+  for (int k = 0; k < lanes; ++k) store(rows + lanes * k, Lanes());
+  return sums;
 }
 
-// Row sums keep eight lanes for each node until all groups are done.
-PERIDEM_INLINE void clearSums(const BlockView& block, double* row, double* column) {
-  for (std::size_t k = 0; k < block.n_padded; ++k) store(row + lanes * k, Lanes());
-  clear(column, block.n_padded);
-}
-PERIDEM_INLINE double sumAt(const double* row, const double* column, std::size_t k) {
-  return sumOfLanes(load(row + lanes * k)) + column[k];
-}
-
-// Adds t V_j e to the row sums of node i and -t V_i e to the column sums of a group.
+// f = out_of_frame (sum of the forces) / V + gravity
 template <int Dim>
-PERIDEM_INLINE void addPairForce(const BlockView& block, const KernelScratch& work, std::size_t i,
-                                 std::size_t tile, bool in_block, const Lanes& t,
-                                 const Lanes (&direction)[Dim]) {
-  const Lanes on_i = t * load(block.volume + tile);
-  const Lanes on_j = t * -block.volume[i];
-  for (int d = 0; d < Dim; ++d) {
-    double* row = work.row[d] + lanes * i;
-    store(row, multiplyAdd(on_i, direction[d], load(row)));
-    if (in_block) {
-      double* column = work.column[d] + tile;
-      store(column, multiplyAdd(on_j, direction[d], load(column)));
+void storeForces(const BlockView& shared, const NodeArrays& nodes, const KernelScratch& scratch) {
+  const BlockView block = shared;  // copies that can stay in registers
+  const KernelScratch work = scratch;
+  double* all_f = nodes.f + 3 * block.start;
+  for (std::size_t k = 0; k < block.n_padded; k += lanes) {
+    const Lanes inverse_volume = load(block.inverse_volume + k);
+    for (int d = 0; d < Dim; ++d)
+      store(work.column[d] + k, takeSums(work.row[d], work.column[d], k) * inverse_volume);
+  }
+  for (std::size_t k = 0; k < block.n_own; ++k) {
+    prefetchNode<Access::write>(block, nodes.f, k);
+    double* f = all_f + 3 * static_cast<std::size_t>(block.nodes[k]);
+    for (int d = 0; d < Dim; ++d) {
+      double sum = block.body_force[d];
+      for (int e = 0; e < Dim; ++e) sum += block.out_of_frame[d][e] * work.column[e][k];
+      f[d] = sum;
     }
   }
 }
 
 // Broken bonds resist being pushed together (Jha et al. 2021, section 3.3):
-// f_i += min(0, Kn V_j (|y| - Rc)) y/|y|, with V_j whole. Returns t for addPairForce.
-PERIDEM_INLINE Lanes selfContact(const BlockView& block, Lanes deformed_length, LaneBits broken) {
-  const Lanes gap = deformed_length - block.self_contact_radius;
-  const LaneBits close = static_cast<LaneBits>(greaterBits(Lanes{}, gap) & broken);
-  return keep(close, block.self_contact_kn * gap);
+// f_i += min(0, Kn V_j (|y| - Rc)) y/|y|, with V_j whole. `groups` are those with a close broken
+// bond. Seldom many.
+template <int Dim>
+[[gnu::noinline]] void addSelfContact(const BlockView& block, const KernelScratch& work,
+                                      std::size_t count) {
+  const double* const places[3] = {work.z[0], work.z[1], work.z[2]};
+  for (std::size_t c = 0; c < count; ++c) {
+    const std::size_t i = work.close[c].row;
+    const std::size_t tile = work.close[c].tile;
+    const Deformed<Dim> bonds(TilePositions<Dim>(places, tile), places, i);
+    const Lanes gap = bonds.length - block.self_contact_radius;
+    const Lanes pressed = block.self_contact_kn * block.volume[i] * gap;
+    const Lanes t =
+        keepProduct(work.close[c].close, pressed * load(block.volume + tile), bonds.inverse_length);
+    for (int d = 0; d < Dim; ++d) {
+      double* column = work.column[d] + tile;
+      store(column, load(column) - t * bonds.y[d]);
+      double* row = work.row[d] + lanes * i;
+      if (work.close[c].row_is_own) store(row, multiplyAdd(t, bonds.y[d], load(row)));
+    }
+  }
 }
 
-template <int Dim>
-PERIDEM_INLINE void storeForces(const BlockView& block, const NodeArrays& nodes,
-                                const KernelScratch& work) {
-  for (std::size_t k = 0; k < block.n_own; ++k)
-    for (int d = 0; d < Dim; ++d)
-      nodes.f[3 * static_cast<std::size_t>(block.nodes[k]) + d] =
-          sumAt(work.row[d], work.column[d], k);
+// Lanes with a broken bond that is shorter than Rc.
+PERIDEM_INLINE LaneBits closeBroken(const BlockView& block, const Lanes& squared, std::size_t g,
+                                    LaneBits intact) {
+  const Real Rc = block.self_contact_radius;
+  return static_cast<LaneBits>(greaterBits(broadcast(Rc * Rc), squared) & block.groups[g].exists &
+                               ~intact);
 }
+
+PERIDEM_INLINE void noteClose(const KernelScratch& work, std::size_t& count, std::size_t i,
+                              std::size_t tile, LaneBits close, bool row_is_own) {
+  work.close[count++] = {static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(tile), close,
+                         row_is_own};
+}
+
+// A tile in a pass that sums one number per node.
+template <int Dim, Table table>
+struct ScalarTile {
+  std::size_t place;
+  TilePositions<Dim> positions;
+  TileReference<Dim, table> reference;
+  Lanes sum;
+};
+
+// A tile in a pass that sums forces.
+template <int Dim, Table table>
+struct ForceTile {
+  std::size_t place;
+  TilePositions<Dim> positions;
+  TileReference<Dim, table> reference;
+  Lanes theta_a, b;
+  Lanes sum[Dim];
+
+  // t / |y| times y to the row, the opposite to the tile
+  PERIDEM_INLINE void add(const KernelScratch& work, std::size_t i, bool row_is_own, const Lanes& t,
+                          const Lanes (&y)[Dim]) {
+    for (int d = 0; d < Dim; ++d) {
+      sum[d] = multiplySubtract(t, y[d], sum[d]);
+      double* row = work.row[d] + lanes * i;
+      if (row_is_own) store(row, multiplyAdd(t, y[d], load(row)));
+    }
+  }
+};
+
+void storeDilatations(const BlockView& block, const NodeArrays& nodes, const double* theta) {
+  for (std::size_t k = 0; k < block.n_own; ++k)
+    nodes.theta[block.start + static_cast<std::size_t>(block.nodes[k])] = theta[k];
+}
+
+enum class Keep { nothing, bonds };
 
 // Break test |s| > s0, then (10) theta_i = 3/m_i sum over unbroken of r e J V_j  Jha et al. 2021.
-// With `keep_stretch` unit vectors and elongations stay in the scratch for the force pass.
-template <int Dim, bool keep_stretch>
-void dilatationPass(const Lps& law, const BlockView& shared, const NodeArrays& nodes,
-                    const KernelScratch& scratch, const BreakListener& listener) {
+// With Keep::bonds what the force pass needs of them stays in the scratch. Returns the number of
+// groups with close broken bonds.
+template <int Dim, Table table, Keep keep_bonds>
+std::size_t dilatationPass(const Lps& law, const BlockView& shared, const NodeArrays& nodes,
+                           const KernelScratch& scratch, const BreakListener& listener) {
   const BlockView block = shared;  // copies whose pointers can stay in registers
   const KernelScratch work = scratch;
-  clearSums(block, work.row[0], work.column[0]);
-  forEachGroup(block, [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
-    prefetchNumbers(block, g);
-    const Group<Dim> group(block, work.z, i, g);
-    const Lanes r = load(lengthsOf(block, g));
-    const Stretch<Dim, Lps> stretch(block, group, i, r);
-    const LaneBits intact =
-        breakBonds(law, shared, listener, i, g, block.groups[g].intact, r, stretch.e);
-    const Lanes J = keep(intact, load(influencesOf(block, g)));
-    const Lanes r_e_J = r * stretch.e * J;
-    double* row = work.row[0] + lanes * i;
-    store(row, multiplyAdd(r_e_J, load(block.volume + group.tile), load(row)));
-    if (in_block) {
-      double* column = work.column[0] + group.tile;
-      store(column, multiplyAdd(r_e_J, broadcast(block.volume[i]), load(column)));
-    }
-    if constexpr (keep_stretch) {
-      store(work.elongation + lanes * g, stretch.e);
-      for (int d = 0; d < Dim; ++d) store(work.e[d] + lanes * g, stretch.direction[d]);
-    }
-  });
-  for (std::size_t k = 0; k < block.n_own; ++k)
-    nodes.theta[static_cast<std::size_t>(block.nodes[k])] =
-        law.dilatation(block.weighted_volume[k], sumAt(work.row[0], work.column[0], k));
+  const double* const places[3] = {work.z[0], work.z[1], work.z[2]};
+  std::size_t n_close = 0;
+  forEachGroup(
+      block,
+      [&](std::size_t tile) PERIDEM_LAMBDA {
+        return ScalarTile<Dim, table>{tile, {places, tile}, {block, tile}, {}};
+      },
+      [&](ScalarTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
+        prefetchNextBody(block, g);
+        const Deformed<Dim> bond(tile.positions, places, i);
+        const auto [r, J] = ReferenceBond<Lps>(block, tile.reference, i, g);
+        const Lanes e = bond.length - r;
+        const LaneBits intact_before = block.intact[g];
+        const auto broken =
+            static_cast<LaneBits>(greaterBits(law.excess(r, e), Lanes()) & intact_before);
+        const auto intact = static_cast<LaneBits>(intact_before & ~broken);
+        const Lanes J_r = J * r;
+        const Lanes J_r_e = keepProduct(intact, J_r, e);
+        tile.sum += J_r_e;
+        if constexpr (row.value) {
+          double* sums = work.row[0] + lanes * i;
+          store(sums, load(sums) + J_r_e);
+        }
+        if constexpr (keep_bonds == Keep::bonds) {
+          store(work.J_r_by_length + lanes * g, keepProduct(intact, J_r, bond.inverse_length));
+          store(work.J_e_by_length + lanes * g, keepProduct(intact, J * e, bond.inverse_length));
+          if (const LaneBits close = closeBroken(block, bond.squared, g, intact); close)
+              [[unlikely]]
+            noteClose(work, n_close, i, tile.place, close, row.value);
+        }
+        if (broken) [[unlikely]]
+          markBroken(shared, listener, i, tile.place, g, broken, row.value);
+      },
+      [&](const ScalarTile<Dim, table>& tile)
+          PERIDEM_LAMBDA { store(work.column[0] + tile.place, tile.sum); });
+  double* sums = block.pieces.theta == nullptr ? work.sum : block.pieces.theta + block.pieces.first;
+  for (std::size_t k = 0; k < block.n_padded; k += lanes) {
+    const Lanes theta =
+        takeSums(work.row[0], work.column[0], k) * load(block.dilatation_factor + k);
+    store(sums + k, theta);
+    store(work.theta_a + k, theta * load(block.a + k));
+  }
+  if (block.pieces.theta == nullptr) storeDilatations(block, nodes, work.sum);
+  return n_close;
+}
+
+// theta a of all places, where theta was computed before.
+void fetchDilatations(const BlockView& block, const NodeArrays& nodes, const KernelScratch& work) {
+  if (block.pieces.theta == nullptr)
+    for (std::size_t k = 0; k < block.n_own; ++k)
+      work.sum[k] = nodes.theta[block.start + static_cast<std::size_t>(block.nodes[k])];
+  else
+    fetch(block, block.pieces.theta, work.sum);
+  const std::size_t n = block.n_padded + block.n_halo;
+  for (std::size_t k = 0; k < n; ++k) work.theta_a[k] = work.sum[k] * block.a[k];
 }
 
 // (9) f_i = sum of J V_j [ r (theta_i a_i + theta_j a_j) + e (b_i + b_j) ] y/|y|  Jha et al. 2021
-template <int Dim, bool stretch_kept>
+// With Keep::bonds the dilatation pass has kept J r/|y| and J e/|y|, and found `n_close`.
+template <int Dim, Table table, Keep kept>
 void stateBasedForcePass(const BlockView& shared, const NodeArrays& nodes,
-                         const KernelScratch& scratch) {
+                         const KernelScratch& scratch, std::size_t n_close) {
   const BlockView block = shared;  // copies whose pointers can stay in registers
   const KernelScratch work = scratch;
-  for (std::size_t k = 0; k < block.n_all; ++k)
-    work.theta_a[k] =
-        block.nodes[k] < 0 ? 0 : nodes.theta[static_cast<std::size_t>(block.nodes[k])] * block.a[k];
-  for (int d = 0; d < Dim; ++d) clearSums(block, work.row[d], work.column[d]);
-  forEachGroup(block, [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
-    const BondGroup bonds = block.groups[g];
-    const auto tile = static_cast<std::size_t>(bonds.tile);
-    const Lanes r = load(lengthsOf(block, g));
-    Lanes e;
-    Lanes direction[Dim];
-    if constexpr (stretch_kept) {
-      e = load(work.elongation + lanes * g);
-      for (int d = 0; d < Dim; ++d) direction[d] = load(work.e[d] + lanes * g);
-    } else {
-      const Group<Dim> group(block, work.z, i, g);
-      const Stretch<Dim, Lps> stretch(block, group, i, r);
-      e = stretch.e;
-      for (int d = 0; d < Dim; ++d) direction[d] = stretch.direction[d];
-    }
-    const Lanes J = keep(bonds.intact, load(influencesOf(block, g)));
-    const Lanes theta_a = load(work.theta_a + tile) + work.theta_a[i];
-    const Lanes b = load(block.b + tile) + block.b[i];
-    Lanes t = J * Lps::force(r, e, theta_a, b);
-    if (const auto broken = static_cast<LaneBits>(bonds.exists & ~bonds.intact); broken)
-      t += selfContact(block, e + r, broken);
-    addPairForce<Dim>(block, work, i, tile, in_block, t, direction);
-  });
+  const double* const places[3] = {work.z[0], work.z[1], work.z[2]};
+  forEachGroup(
+      block,
+      [&](std::size_t tile) PERIDEM_LAMBDA {
+        return ForceTile<Dim, table>{
+            tile, {places, tile}, {block, tile}, load(work.theta_a + tile), load(block.b + tile),
+            {}};
+      },
+      [&](ForceTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
+        Lanes y[Dim];
+        Lanes J_r, J_e;  // over |y|
+        if constexpr (kept == Keep::bonds) {
+          J_r = load(work.J_r_by_length + lanes * g);
+          J_e = load(work.J_e_by_length + lanes * g);
+          for (int d = 0; d < Dim; ++d) y[d] = tile.positions.z[d] - places[d][i];
+        } else {
+          const Deformed<Dim> bond(tile.positions, places, i);
+          const LaneBits intact = block.intact[g];
+          const auto [r, J] = ReferenceBond<Lps>(block, tile.reference, i, g);
+          const Lanes J_by_length = keepProduct(intact, J, bond.inverse_length);
+          J_r = keepProduct(intact, J_by_length, r);
+          J_e = keepProduct(intact, J_by_length, bond.length - r);
+          for (int d = 0; d < Dim; ++d) y[d] = bond.y[d];
+          if (const LaneBits close = closeBroken(block, bond.squared, g, intact); close)
+              [[unlikely]]
+            noteClose(work, n_close, i, tile.place, close, row.value);
+        }
+        const Lanes t = Lps::force(J_r, J_e, tile.theta_a + work.theta_a[i], tile.b + block.b[i]);
+        tile.add(work, i, row.value, t, y);
+      },
+      [&](const ForceTile<Dim, table>& tile) PERIDEM_LAMBDA {
+        for (int d = 0; d < Dim; ++d) store(work.column[d] + tile.place, tile.sum[d]);
+      });
+  if (n_close > 0) addSelfContact<Dim>(shared, scratch, n_close);
   storeForces<Dim>(block, nodes, work);
 }
 
-// f_i = sum of J V_j force(r, e) along the bond; the laws are Silling 2000 (PMBBond) and Lipton
-// 2016, J. Elast. 124 (RNPBond). A bond exerts no force in the evaluation that breaks it; its
-// self-contact starts in the next one.
-template <int Dim, class Law>
+// f_i = sum of w force along the bond; the laws are Silling 2000 (PMBBond) and Lipton 2016, J.
+// Elast. 124 (RNPBond). A bond exerts no force in the evaluation that breaks it; its self-contact
+// starts in the next one.
+template <int Dim, Table table, class Law>
 void bondBasedForcePass(const Law& law, const BlockView& shared, const NodeArrays& nodes,
                         const KernelScratch& scratch, const BreakListener& listener) {
   const BlockView block = shared;  // copies whose pointers can stay in registers
   const KernelScratch work = scratch;
-  for (int d = 0; d < Dim; ++d) clearSums(block, work.row[d], work.column[d]);
-  forEachGroup(block, [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
-    const Group<Dim> group(block, work.z, i, g);
-    const Lanes r = load(lengthsOf(block, g));
-    const Stretch<Dim, Law> stretch(block, group, i, r);
-    const LaneBits intact_before = block.groups[g].intact;
-    const auto broken_before = static_cast<LaneBits>(block.groups[g].exists & ~intact_before);
-    const LaneBits intact = breakBonds(law, shared, listener, i, g, intact_before, r, stretch.e);
-    const Lanes J = keep(intact, load(influencesOf(block, g)));
-    addPairForce<Dim>(block, work, i, group.tile, in_block, J * law.force(r, stretch.e),
-                      stretch.direction);
-    if (broken_before) {
-      const Lanes t = selfContact(block, group.deformed_length, broken_before);
-      Lanes direction[Dim];
-      for (int d = 0; d < Dim; ++d) direction[d] = group.y[d] * group.inverse_length;
-      addPairForce<Dim>(block, work, i, group.tile, in_block, t, direction);
-    }
-  });
+  const double* const places[3] = {work.z[0], work.z[1], work.z[2]};
+  std::size_t n_close = 0;
+  forEachGroup(
+      block,
+      [&](std::size_t tile) PERIDEM_LAMBDA {
+        return ForceTile<Dim, table>{tile, {places, tile}, {block, tile}, {}, {}, {}};
+      },
+      [&](ForceTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
+        prefetchNextBody(block, g);
+        const Deformed<Dim> deformed(tile.positions, places, i);
+        const ReferenceBond<Law> reference(block, tile.reference, i, g);
+        Lanes elongation, stretch, inverse, direction[Dim];
+        stretchOf<Dim, Law>(block, deformed, reference.number, i, tile.place, elongation, stretch,
+                            direction, inverse);
+        const LaneBits intact_before = block.intact[g];
+        const LaneBits close = closeBroken(block, deformed.squared, g, intact_before);
+        const auto broken = static_cast<LaneBits>(
+            greaterBits(law.excess(reference.number, stretch), Lanes()) & intact_before);
+        const auto intact = static_cast<LaneBits>(intact_before & ~broken);
+        const Lanes t = reference.weight * law.force(elongation, stretch);
+        tile.add(work, i, row.value, keepProduct(intact, t, inverse), direction);
+        if (broken) [[unlikely]]
+          markBroken(shared, listener, i, tile.place, g, broken, row.value);
+        if (close) [[unlikely]]
+          noteClose(work, n_close, i, tile.place, close, row.value);
+      },
+      [&](const ForceTile<Dim, table>& tile) PERIDEM_LAMBDA {
+        for (int d = 0; d < Dim; ++d) store(work.column[d] + tile.place, tile.sum[d]);
+      });
+  if (n_close > 0) addSelfContact<Dim>(shared, scratch, n_close);
   storeForces<Dim>(block, nodes, work);
 }
 
 // (14) Z_i = max over all neighbours, broken ones included, of |s| / s0     Jha et al. 2021
-template <int Dim, class Law>
+template <int Dim, Table table, class Law>
 void damagePass(const Law& law, const BlockView& shared, const NodeArrays& nodes,
                 const KernelScratch& scratch) {
   const BlockView block = shared;  // copies whose pointers can stay in registers
   const KernelScratch work = scratch;
-  clearSums(block, work.row[0], work.column[0]);
-  forEachGroup(block, [&](std::size_t i, std::size_t g, bool in_block) PERIDEM_LAMBDA {
-    const Group<Dim> group(block, work.z, i, g);
-    const Lanes r = load(lengthsOf(block, g));
-    const Stretch<Dim, Law> stretch(block, group, i, r);
-    const Lanes z = keep(block.groups[g].exists, law.damage(r, stretch.e));
-    double* row = work.row[0] + lanes * i;
-    store(row, larger(load(row), z));
-    if (in_block) {
-      double* column = work.column[0] + group.tile;
-      store(column, larger(load(column), z));
-    }
-  });
-  for (std::size_t k = 0; k < block.n_own; ++k)
-    nodes.damage_z[static_cast<std::size_t>(block.nodes[k])] =
-        larger(largestLane(load(work.row[0] + lanes * k)), work.column[0][k]);
-}
-
-// Reference lengths as the force loops compute them: an undeformed bond has elongation 0 exactly.
-template <int Dim>
-void lengthsPass(const BlockView& block) {
-  forEachGroup(block, [&](std::size_t i, std::size_t g, bool) PERIDEM_LAMBDA {
-    const Group<Dim> group(block, block.z_ref, i, g);
-    const auto without_bond = static_cast<LaneBits>(~block.groups[g].exists);
-    store(lengthsOf(block, g), group.deformed_length + keep(without_bond, broadcast(1.0)));
-  });
-}
-
-template <int Dim>
-void runStateBased(Stage stage, const Lps& law, bool active, const BlockView& block,
-                   const NodeArrays& nodes, const KernelScratch& work,
-                   const BreakListener& listener) {
-  switch (stage) {
-    case Stage::dilatation:
-      if (active) dilatationPass<Dim, false>(law, block, nodes, work, listener);
-      break;
-    case Stage::force:
-      stateBasedForcePass<Dim, false>(block, nodes, work);
-      break;
-    case Stage::whole:
-      if (active) {
-        dilatationPass<Dim, true>(law, block, nodes, work, listener);
-        stateBasedForcePass<Dim, true>(block, nodes, work);
-      } else {
-        stateBasedForcePass<Dim, false>(block, nodes, work);
-      }
-      break;
-    case Stage::damage:
-      damagePass<Dim>(law, block, nodes, work);
-      break;
-    case Stage::lengths:
-      break;
+  const double* const places[3] = {work.z[0], work.z[1], work.z[2]};
+  forEachGroup(
+      block,
+      [&](std::size_t tile) PERIDEM_LAMBDA {
+        return ScalarTile<Dim, table>{tile, {places, tile}, {block, tile}, {}};
+      },
+      [&](ScalarTile<Dim, table>& tile, std::size_t i, std::size_t g, auto row) PERIDEM_LAMBDA {
+        const Deformed<Dim> deformed(tile.positions, places, i);
+        const ReferenceBond<Law> reference(block, tile.reference, i, g);
+        Lanes elongation, stretch, inverse, direction[Dim];
+        stretchOf<Dim, Law>(block, deformed, reference.number, i, tile.place, elongation, stretch,
+                            direction, inverse);
+        const Lanes z = keep(block.groups[g].exists, law.damage(reference.number, stretch));
+        tile.sum = larger(tile.sum, z);
+        if constexpr (row.value) {
+          double* largest = work.row[0] + lanes * i;
+          store(largest, larger(load(largest), z));
+        }
+      },
+      [&](const ScalarTile<Dim, table>& tile)
+          PERIDEM_LAMBDA { store(work.column[0] + tile.place, tile.sum); });
+  for (std::size_t k = 0; k < block.n_own; ++k) {
+    double* largest = work.row[0] + lanes * k;
+    nodes.damage_z[block.start + static_cast<std::size_t>(block.nodes[k])] =
+        larger(largestLane(load(largest)), work.column[0][k]);
+    store(largest, Lanes());
   }
 }
 
-template <int Dim, class Law>
-void runBondBased(Stage stage, const Law& law, const BlockView& block, const NodeArrays& nodes,
-                  const KernelScratch& work, const BreakListener& listener) {
-  if (stage == Stage::force || stage == Stage::whole)
-    bondBasedForcePass<Dim>(law, block, nodes, work, listener);
-  else if (stage == Stage::damage)
-    damagePass<Dim>(law, block, nodes, work);
+// Lengths and weights as the force loops compute them without a table: an undeformed bond has
+// elongation 0 exactly.
+template <int Dim, class Law, class Influence>
+void fillTable(const BlockView& block) {
+  using Tile = TileReference<Dim, Table::computed>;
+  forEachGroup(
+      block, [&](std::size_t tile) PERIDEM_LAMBDA { return Tile(block, tile); },
+      [&](const Tile& tile, std::size_t i, std::size_t g, auto) PERIDEM_LAMBDA {
+        const ReferenceBond<Law> bond(block, tile, i, g, Influence());
+        const LaneBits exists = block.groups[g].exists;
+        const auto without_bond = static_cast<LaneBits>(~exists);
+        double* numbers = block.numbers + group_numbers * g;
+        store(numbers, keep(exists, bond.number) + keep(without_bond, broadcast(1.0)));
+        store(numbers + lanes, keep(exists, bond.weight));
+      },
+      [](const Tile&) PERIDEM_LAMBDA {});
 }
 
-template <int Dim>
+template <int Dim, Table table>
+void runStateBased(Stage stage, const Lps& law, bool active, const BlockView& block,
+                   const NodeArrays& nodes, const KernelScratch& work,
+                   const BreakListener& listener) {
+  if (stage == Stage::dilatation) {
+    if (active) dilatationPass<Dim, table, Keep::nothing>(law, block, nodes, work, listener);
+  } else if (stage == Stage::whole && active) {
+    const std::size_t n_close =
+        dilatationPass<Dim, table, Keep::bonds>(law, block, nodes, work, listener);
+    stateBasedForcePass<Dim, table, Keep::bonds>(block, nodes, work, n_close);
+  } else {
+    fetchDilatations(block, nodes, work);
+    stateBasedForcePass<Dim, table, Keep::nothing>(block, nodes, work, 0);
+  }
+}
+
+template <int Dim, Table table, class Law>
+void runLaw(Stage stage, const Law& law, bool active, const BlockView& block,
+            const NodeArrays& nodes, const KernelScratch& work, const BreakListener& listener) {
+  if (stage == Stage::table)
+    return block.influence.beta > 0 ? fillTable<Dim, Law, GaussianInfluence>(block)
+                                    : fillTable<Dim, Law, LinearInfluence>(block);
+  if (stage == Stage::place) {
+    const std::size_t first = block.pieces.first;
+    double* const z[3] = {block.pieces.z[0] + first, block.pieces.z[1] + first,
+                          block.pieces.z[2] + first};
+    return placeNodes<Dim>(block, nodes, z);
+  }
+  fetchPositions<Dim>(block, nodes, work);
+  if (stage == Stage::damage) {
+    damagePass<Dim, table>(law, block, nodes, work);
+    if (Law::state_based && block.pieces.theta != nullptr && block.write_theta)
+      storeDilatations(block, nodes, block.pieces.theta + block.pieces.first);
+  } else if constexpr (Law::state_based)
+    runStateBased<Dim, table>(stage, law, active, block, nodes, work, listener);
+  else if (stage != Stage::dilatation)
+    bondBasedForcePass<Dim, table>(law, block, nodes, work, listener);
+}
+
+template <int Dim, Table table>
 void run(Stage stage, const LawView& law, const BlockView& block, const NodeArrays& nodes,
          const KernelScratch& work, const BreakListener& listener) {
-  if (stage == Stage::lengths) return lengthsPass<Dim>(block);
-  placeNodes<Dim>(block, nodes, work);
+  const bool active = law.state_based_stage;
   if (law.lps != nullptr)
-    runStateBased<Dim>(stage, *law.lps, law.state_based_stage, block, nodes, work, listener);
+    runLaw<Dim, table>(stage, *law.lps, active, block, nodes, work, listener);
   else if (law.pmb != nullptr)
-    runBondBased<Dim>(stage, *law.pmb, block, nodes, work, listener);
+    runLaw<Dim, table>(stage, *law.pmb, active, block, nodes, work, listener);
   else
-    runBondBased<Dim>(stage, *law.rnp, block, nodes, work, listener);
+    runLaw<Dim, table>(stage, *law.rnp, active, block, nodes, work, listener);
 }
 
 }  // namespace
 
 void runBlock(Stage stage, int dimension, const LawView& law, const BlockView& block,
               const NodeArrays& nodes, const KernelScratch& work, const BreakListener& listener) {
-  if (dimension == 3)
-    run<3>(stage, law, block, nodes, work, listener);
-  else
-    run<2>(stage, law, block, nodes, work, listener);
+  const auto runWith = block.numbers != nullptr
+                           ? (dimension == 3 ? run<3, Table::kept> : run<2, Table::kept>)
+                           : (dimension == 3 ? run<3, Table::computed> : run<2, Table::computed>);
+  runWith(stage, law, block, nodes, work, listener);
+}
+
+// Eight nodes at a time: three times eight components, of which those of directions that do not
+// move stay as they are.
+NodeSpeed moveNodes(const NodeMotion& motion, const MovingArrays& shared) {
+  const MovingArrays nodes = shared;
+  LaneBits moves[3] = {};
+  for (int k = 0; k < 3 * lanes; ++k)
+    if (k % 3 < motion.dimension)
+      moves[k / lanes] = static_cast<LaneBits>(moves[k / lanes] | 1u << (k % lanes));
+  const Lanes k_by_rho = broadcast(motion.k_by_rho);
+  const Lanes dt = broadcast(motion.dt);
+  const Lanes limit = broadcast(motion.speed_limit);
+  Lanes fastest;
+  unsigned within = all_lanes;
+  std::size_t i = 3 * motion.begin;
+  const std::size_t end = 3 * motion.end;
+  for (; i + 3 * lanes <= end; i += 3 * lanes)
+    for (int part = 0; part < 3; ++part) {
+      const std::size_t at = i + static_cast<std::size_t>(lanes * part);
+      const Lanes kick = keepProduct(moves[part], k_by_rho, loadUnaligned(nodes.f + at));
+      const Lanes v = loadUnaligned(nodes.v + at) + kick;
+      const Lanes speed = keep(moves[part], magnitude(v));
+      within &= greaterBits(limit, speed);
+      fastest = larger(fastest, speed);
+      const Lanes way = keepProduct(moves[part], dt, v);
+      storeUnaligned(nodes.v + at, v);
+      storeUnaligned(nodes.u + at, loadUnaligned(nodes.u + at) + way);
+      storeUnaligned(nodes.x + at, loadUnaligned(nodes.x + at) + way);
+    }
+  NodeSpeed speed{within == all_lanes, largestLane(fastest)};
+  for (; i < end; ++i) {
+    if (static_cast<int>(i % 3) >= motion.dimension) continue;
+    const double v = nodes.v[i] + motion.k_by_rho * nodes.f[i];
+    speed.within_limit &= magnitude(v) < motion.speed_limit;
+    speed.fastest = larger(speed.fastest, magnitude(v));
+    nodes.v[i] = v;
+    nodes.u[i] += motion.dt * v;
+    nodes.x[i] += motion.dt * v;
+  }
+  return speed;
 }
 
 }  // namespace peridem::PERIDEM_ISA

@@ -5,26 +5,57 @@
 #include <cstddef>
 
 #include "lanes.h"
+#include "laws/influence.h"
 #include "laws/lps.h"
 #include "laws/pmb.h"
 #include "laws/rnp.h"
 
 namespace peridem {
 
-// The arrays of a BondBlock.
+// What the pieces of a body exchange: y and theta.
+struct PieceArrays {
+  double* z[3];
+  double* theta;
+  std::size_t first;  // place of this piece
+};
+
+// The partial-volume factor is 1 + partial_offset - r / h for r > partial_from, in the frame.
+struct BondReference {
+  double partial_from;    // eps - h/2, in the fuzzy comparison
+  double partial_offset;  // (eps - h/2) / h
+  double inverse_mesh_size;
+};
+
+// The arrays of a block and of its pattern; see bond_block.h.
 struct BlockView {
-  std::size_t n_own, n_padded, n_all, n_inside, n_groups;
-  const Index* nodes;
+  std::size_t n_own, n_padded, n_halo, n_tiles;
+  const Index* nodes;  // of the body
+  const Index* halo_places;
+  const TileBonds* tiles;
+  const BondGroup* groups;
+  double* numbers;   // group_numbers for each group; null: to be computed (not for a Gaussian J)
+  LaneBits* intact;  // of each group: lanes whose bond is unbroken
   const double* z_ref[3];
   const double* volume;
-  const double* weighted_volume;
+  const double* inverse_volume;
+  const double* dilatation_factor;
   const double* a;
   const double* b;
-  BondGroup* groups;
-  double* numbers;             // group_numbers for each group
-  std::size_t center;          // global centre node of the body
-  double self_contact_radius;  // Rc
+  std::size_t start;  // first node of the body
+  std::size_t center;
+  double into_frame[3][3];
+  double out_of_frame[3][3];
+  double body_force[3];        // density of a force on every node, gravity
+  double self_contact_radius;  // Rc, in the frame
   double self_contact_kn;
+  // Arrays over the places of all pieces of the body; null for whole bodies.
+  PieceArrays pieces;
+  InfluenceNumbers influence;
+  BondReference reference;
+  bool write_theta;  // of a piece, when Z is
+  // Arrays that the thread will need for its next body: asked for while it is busy with this one.
+  const double* next[4];
+  std::size_t next_lines;  // of 64 bytes, in each
 };
 
 // Arrays over the nodes of the model; vectors have three components per node.
@@ -35,18 +66,45 @@ struct NodeArrays {
   double* damage_z;
 };
 
-// Space of one thread, each array aligned: over the places of a block, and over the lanes of its
-// groups (unit vector and elongation of every bond, kept from the first pass to the second).
+struct MovingArrays {
+  const double* f;
+  double* v;
+  double* u;
+  double* x;
+};
+
+// How the nodes [begin, end) of the model move: v += k f / rho, u += dt v, x += dt v in the first
+// `dimension` directions, none of which is prescribed.
+struct NodeMotion {
+  double k_by_rho;
+  double dt;
+  double speed_limit;
+  std::size_t begin, end;
+  int dimension;
+};
+
+// A group with broken bonds whose ends are close; `row_is_own` as in TileBonds.
+struct CloseGroup {
+  std::uint32_t row;
+  std::uint32_t tile;
+  LaneBits close;
+  bool row_is_own;
+};
+
+// Space of one thread, each array aligned: over the places of a block and over its groups.
 struct KernelScratch {
   double* z[3];
   double* theta_a;
-  double* row[3];     // sums over the groups of a row, eight lanes for each place
-  double* column[3];  // sums over the rows of a tile
-  double* e[3];
-  double* elongation;
+  double* sum;            // of a place
+  double* row[3];         // sums over the groups of a row, eight lanes for each place; zero between
+                          // two passes
+  double* column[3];      // sums over the rows of a tile
+  double* J_r_by_length;  // J V_i V_j r / |y| of every bond, kept from the first pass to the second
+  double* J_e_by_length;  // J V_i V_j e / |y|
+  CloseGroup* close;
 };
 
-// Told about every bond that breaks: row node i, global numbers. Bonds inside a block are told once
+// Told about every bond that breaks: nodes i and j of the model. Bonds inside a block are told once
 // and `both` ends are the block's; those with the halo are told by either block.
 struct BreakListener {
   void (*broken)(void* context, Index i, Index j, bool both);
@@ -54,11 +112,12 @@ struct BreakListener {
 };
 
 enum class Stage {
-  dilatation,  // break test, theta
-  force,       // bond forces into f, with theta of all nodes known
-  whole,       // both, for a block that is a whole body
-  damage,      // Z
-  lengths      // r of the reference configuration, in the arithmetic of the kernels
+  place,       // positions of a piece into the arrays of all pieces
+  dilatation,  // of a piece: break test, theta
+  force,       // of a piece: bond forces into f
+  whole,       // all three, for a block that is a whole body
+  damage,      // Z, and theta of a piece
+  table        // lengths and weights of the reference configuration into the numbers
 };
 
 // One law, one of the pointers.
@@ -72,17 +131,27 @@ struct LawView {
 using RunBlock = void (*)(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
                           const KernelScratch&, const BreakListener&);
 
+// Whether every component of a velocity is below the limit (NaN is not), and the largest.
+struct NodeSpeed {
+  bool within_limit;
+  double fastest;
+};
+using MoveNodes = NodeSpeed (*)(const NodeMotion&, const MovingArrays&);
+
 namespace baseline {
+NodeSpeed moveNodes(const NodeMotion&, const MovingArrays&);
 void runBlock(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
               const KernelScratch&, const BreakListener&);
-}
+}  // namespace baseline
 namespace avx2 {
+NodeSpeed moveNodes(const NodeMotion&, const MovingArrays&);
 void runBlock(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
               const KernelScratch&, const BreakListener&);
-}
+}  // namespace avx2
 namespace avx512 {
+NodeSpeed moveNodes(const NodeMotion&, const MovingArrays&);
 void runBlock(Stage, int dimension, const LawView&, const BlockView&, const NodeArrays&,
               const KernelScratch&, const BreakListener&);
-}
+}  // namespace avx512
 
 }  // namespace peridem

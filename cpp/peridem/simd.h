@@ -18,6 +18,7 @@ namespace peridem::PERIDEM_ISA {
 using peridem::exponential;
 using peridem::larger;
 using peridem::magnitude;
+using peridem::multiplyAdd;
 using peridem::squareRoot;
 
 #if defined(__AVX512F__)
@@ -44,6 +45,16 @@ PERIDEM_INLINE Lanes load(const double* p) {
 }
 PERIDEM_INLINE void store(double* p, const Lanes& a) {
   for (int k = 0; k < registers; ++k) reinterpret_cast<Register*>(p)[k] = a.part[k];
+}
+PERIDEM_INLINE Lanes loadUnaligned(const double* p) {
+  Lanes a;
+  for (int k = 0; k < registers; ++k)
+    __builtin_memcpy(&a.part[k], p + register_lanes * k, sizeof(Register));
+  return a;
+}
+PERIDEM_INLINE void storeUnaligned(double* p, const Lanes& a) {
+  for (int k = 0; k < registers; ++k)
+    __builtin_memcpy(p + register_lanes * k, &a.part[k], sizeof(Register));
 }
 PERIDEM_INLINE Lanes broadcast(double value) {
   Lanes a;
@@ -106,11 +117,54 @@ PERIDEM_INLINE Lanes larger(const Lanes& a, const Lanes& b) {
   return c;
 }
 
+// c - a b, rounded once where the processor can.
+PERIDEM_INLINE Lanes multiplySubtract(const Lanes& a, const Lanes& b, const Lanes& c) {
+#if defined(__AVX512F__)
+  Lanes d;
+  d.part[0] = _mm512_fnmadd_pd(a.part[0], b.part[0], c.part[0]);
+  return d;
+#elif defined(__AVX2__)
+  Lanes d;
+  for (int k = 0; k < registers; ++k) d.part[k] = _mm256_fnmadd_pd(a.part[k], b.part[k], c.part[k]);
+  return d;
+#else
+  return c - a * b;
+#endif
+}
+
+// exp(a) = 2^n exp(t), n the integer nearest to a / ln 2, |t| <= ln 2 / 2: the Taylor series of
+// exp(t) to t^13 is exact to 5e-18. Below exp(-700) the result stays there.
 PERIDEM_INLINE Lanes exponential(const Lanes& a) {
-  Lanes c;
+  constexpr double shift = 6755399441055744.0;          // 1.5 * 2^52: rounds to integers
+  constexpr double log2e = 1.4426950408889634;          // 1 / ln 2
+  constexpr double ln2_high = 0.693147180369123816490;  // ln 2 in two parts, the first of 33 bits
+  constexpr double ln2_low = 1.90821492927058770002e-10;
+  constexpr double series[] = {1. / 6227020800.,
+                               1. / 479001600.,
+                               1. / 39916800.,
+                               1. / 3628800.,
+                               1. / 362880.,
+                               1. / 40320.,
+                               1. / 5040.,
+                               1. / 720.,
+                               1. / 120.,
+                               1. / 24.,
+                               1. / 6.,
+                               0.5,
+                               1.,
+                               1.};
+  const Lanes bounded = larger(a, broadcast(-700.0));
+  const Lanes shifted = multiplyAdd(bounded, broadcast(log2e), broadcast(shift));
+  const Lanes n = shifted - shift;
+  Lanes t = multiplySubtract(n, broadcast(ln2_high), bounded);
+  t = multiplySubtract(n, broadcast(ln2_low), t);
+  Lanes sum = broadcast(series[0]);
+  for (int k = 1; k < 14; ++k) sum = multiplyAdd(sum, t, broadcast(series[k]));
   for (int k = 0; k < registers; ++k)
-    for (int lane = 0; lane < register_lanes; ++lane) c.part[k][lane] = std::exp(a.part[k][lane]);
-  return c;
+    sum.part[k] =
+        reinterpret_cast<Register>(reinterpret_cast<RegisterMask>(sum.part[k]) +
+                                   (reinterpret_cast<RegisterMask>(shifted.part[k]) << 52));
+  return sum;
 }
 
 // Bits of the lanes where a > b; not set where one is NaN.
@@ -160,6 +214,17 @@ PERIDEM_INLINE Lanes keep(LaneBits bits, const Lanes& a) {
   return c;
 }
 
+// a b where the bit is set, 0 elsewhere (also where a or b is NaN).
+PERIDEM_INLINE Lanes keepProduct(LaneBits bits, const Lanes& a, const Lanes& b) {
+#if defined(__AVX512F__)
+  Lanes c;
+  c.part[0] = _mm512_maskz_mul_pd(bits, a.part[0], b.part[0]);
+  return c;
+#else
+  return keep(bits, a * b);
+#endif
+}
+
 PERIDEM_INLINE Lanes squareRoot(const Lanes& a) {
   Lanes c;
   for (int k = 0; k < registers; ++k) {
@@ -176,15 +241,24 @@ PERIDEM_INLINE Lanes squareRoot(const Lanes& a) {
   return c;
 }
 
-// 1 / sqrt(a). With AVX-512 from the 14-bit estimate y: with e = 1 - a y^2,
-// 1/sqrt(a) = y (1 + e/2 + 3/8 e^2 + 5/16 e^3 + ...), the rest below 1e-16.
+// 1 / sqrt(a), a normal number of single precision, from an estimate y: with e = 1 - a y^2,
+// 1/sqrt(a) = y (1 + e/2 + 3/8 e^2 + 5/16 e^3 + 35/128 e^4 + ...). With AVX-512 the estimate has 14
+// bits and the rest after e^3 is below 1e-16, with AVX2 12 bits and e^4 is needed.
 PERIDEM_INLINE Lanes inverseSquareRoot(const Lanes& a) {
-#if defined(__AVX512F__)
+#if defined(__AVX2__)
   Lanes y;
+#if defined(__AVX512F__)
   y.part[0] = _mm512_rsqrt14_pd(a.part[0]);
-  const Lanes e = multiplyAdd(a * y, 0.0 - y, broadcast(1.0));
-  const Lanes series =
-      multiplyAdd(multiplyAdd(e, broadcast(0.3125), broadcast(0.375)), e, broadcast(0.5)) * e;
+#else
+  for (int k = 0; k < registers; ++k)
+    y.part[k] = _mm256_cvtps_pd(_mm_rsqrt_ps(_mm256_cvtpd_ps(a.part[k])));
+#endif
+  const Lanes e = multiplySubtract(a * y, y, broadcast(1.0));
+  Lanes series = broadcast(0.3125);
+#if !defined(__AVX512F__)
+  series = multiplyAdd(e, broadcast(0.2734375), series);
+#endif
+  series = multiplyAdd(multiplyAdd(series, e, broadcast(0.375)), e, broadcast(0.5)) * e;
   return multiplyAdd(y, series, y);
 #else
   return 1.0 / squareRoot(a);
@@ -199,6 +273,28 @@ PERIDEM_INLINE double sumOfLanes(const Lanes& a) {
   const double even = (value[0] + value[4]) + (value[2] + value[6]);
   const double odd = (value[1] + value[5]) + (value[3] + value[7]);
   return even + odd;
+}
+
+// The sums over the lanes of eight rows that follow each other, in the order of sumOfLanes.
+PERIDEM_INLINE Lanes sumsOfRows(const double* rows) {
+#if defined(__AVX2__)
+  const auto half = [](const double* row) PERIDEM_LAMBDA {
+    return _mm256_load_pd(row) + _mm256_load_pd(row + 4);  // 0+4, 1+5, 2+6, 3+7
+  };
+  alignas(64) double sums[lanes];
+  for (int k = 0; k < lanes; k += 4) {
+    const __m256d a = half(rows + lanes * k), b = half(rows + lanes * (k + 1));
+    const __m256d c = half(rows + lanes * (k + 2)), d = half(rows + lanes * (k + 3));
+    const __m256d ab = _mm256_permute2f128_pd(a, b, 0x20) + _mm256_permute2f128_pd(a, b, 0x31);
+    const __m256d cd = _mm256_permute2f128_pd(c, d, 0x20) + _mm256_permute2f128_pd(c, d, 0x31);
+    _mm256_store_pd(sums + k, _mm256_permute4x64_pd(_mm256_hadd_pd(ab, cd), 0xd8));
+  }
+  return load(sums);
+#else
+  alignas(64) double sums[lanes];
+  for (int k = 0; k < lanes; ++k) sums[k] = sumOfLanes(load(rows + lanes * k));
+  return load(sums);
+#endif
 }
 
 PERIDEM_INLINE double largestLane(const Lanes& a) {

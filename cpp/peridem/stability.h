@@ -17,9 +17,10 @@ struct StableTimeStep {
   Real contact;
 };
 
-// `constants`: of every bond of the table, see bondConstants().
+// `influences[body]`: influence function of each body.
 StableTimeStep stableTimeStep(const State& state, const BondTable& bonds,
-                              const std::vector<BondConstants>& constants,
-                              const std::vector<Particle>& bodies, const ContactForce& contact);
+                              const std::vector<Influence>& influences,
+                              const std::vector<Particle>& bodies, const ContactForce& contact,
+                              int threads);
 
 }  // namespace peridem

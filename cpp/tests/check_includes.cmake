@@ -12,17 +12,18 @@ endif()
 set(levels
   "real errors lanes"
   "types"
-  "fuzzy deck state neighbors cell_grid simd"
+  "fuzzy deck state neighbors cell_grid simd laws/influence"
   "laws/lps laws/pmb laws/rnp laws/contact influence mesh integrator"
   "material peridynamic_kernel"
   "particle instruction_set"
   "bonds external"
-  "partition contact_search bond_block"
+  "partition bond_block"
+  "contact_search"
   "contact peridynamic"
-  "contact_damping stability"
+  "contact_damping stability memory"
   "model")
 set(foreign "pybind11/|Python\\.h|yaml|vtk|[Hh]5|iostream|cstdio|stdio\\.h|fstream|filesystem")
-set(laws_may_include "real fuzzy lanes laws/lps laws/pmb laws/rnp laws/contact")
+set(laws_may_include "real fuzzy lanes laws/influence laws/lps laws/pmb laws/rnp laws/contact")
 
 set(level 0)
 foreach(names IN LISTS levels)

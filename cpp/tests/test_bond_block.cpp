@@ -1,6 +1,8 @@
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "many_bodies.h"
 #include "peridem/bond_block.h"
@@ -18,30 +20,56 @@ std::vector<Vec3> disturbedGrid(Index nx, Index ny) {
   return points;
 }
 
-struct Blocks {
+// Two bodies, of which the second, turned by half a radian, is cut into patterns.
+struct Patterns {
   ManyBodies bodies;
-  std::vector<BondBlock> blocks;
+  std::vector<BondPattern> list;
 
-  Blocks(const std::vector<Vec3>& points, Index parts)
+  Patterns(const std::vector<Vec3>& points, Index parts)
       : bodies({quadGrid(3, 3, 0.1).points, points}) {
-    const Particle& body = bodies.list[1];
-    blocks = makeBondBlocks(bodies.state, bodies.bonds, body, bodies.influence,
+    Particle& body = bodies.list[1];
+    body.law = Lps{5e7, 2e7, 0.01, 0.01, false};
+    body.rotation = Eigen::AngleAxisd(0.5, Vec3::UnitZ()).toRotationMatrix();
+    Random random(11);
+    for (Real& volume : bodies.state.volume) volume *= 1 + 0.2 * random();
+    list = makeBondPatterns(bodies.state, bodies.bonds, body, 2,
                             partitionBody(bodies.state, bodies.bonds, body, parts), parts);
   }
   const Particle& body() const { return bodies.list[1]; }
+  std::size_t global(Index node) const { return static_cast<std::size_t>(body().start + node); }
+  std::span<const Index> neighborsOf(Index node) const {  // global
+    const BondTable& bonds = bodies.bonds;
+    const std::size_t begin = bonds.begin(body().start + node);
+    return std::span(bonds.neighbors).subspan(begin, bonds.end(body().start + node) - begin);
+  }
 };
 
-// Calls visit(i, place, r, influence) for every stored bond, i and place being places in the block.
+// Calls visit(own place, place of the row, g) for every stored bond.
 template <class Visit>
-void forEachBond(const BondBlock& block, Visit visit) {
-  for (std::size_t g = 0; g < block.n_groups; ++g) {
-    const Real* numbers = &block.numbers[g * group_numbers];
-    for (std::size_t lane = 0; lane < lanes; ++lane)
-      if ((block.groups[g].exists >> lane) & 1)
-        visit(static_cast<std::size_t>(block.groups[g].row),
-              static_cast<std::size_t>(block.groups[g].tile) + lane, numbers[lane],
-              numbers[lanes + lane]);
+void forEachBond(const BondPattern& pattern, Visit visit) {
+  for (const TileBonds& tile : pattern.tiles)
+    for (std::size_t g = tile.begin; g < tile.end; ++g)
+      for (std::size_t lane = 0; lane < lanes; ++lane)
+        if ((pattern.groups[g].exists >> lane) & 1)
+          visit(std::size_t{tile.tile} + lane, std::size_t{pattern.groups[g].row}, g);
+}
+
+enum class Rows { later, earlier };
+
+// Rows of a tile with itself: nodes bonded to an earlier one, or to a later one, in the same tile.
+std::size_t rowsWithin(const Patterns& p, const BondPattern& pattern, std::size_t tile, Rows kind) {
+  const std::size_t begin = lanes * tile;
+  const std::size_t end = std::min(begin + lanes, pattern.n_own);
+  std::size_t rows = 0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const auto links = p.neighborsOf(pattern.nodes[k]);
+    const auto from = static_cast<std::ptrdiff_t>(kind == Rows::later ? begin : k + 1);
+    const auto to = static_cast<std::ptrdiff_t>(kind == Rows::later ? k : end);
+    rows += std::any_of(pattern.nodes.begin() + from, pattern.nodes.begin() + to, [&](Index j) {
+      return std::binary_search(links.begin(), links.end(), p.body().start + j);
+    });
   }
+  return rows;
 }
 
 }  // namespace
@@ -71,128 +99,161 @@ TEST_CASE("bisection order: runs of eight are close in space") {
   CHECK(widest < 3.2);
 }
 
-TEST_CASE("bond blocks: every node is an own node of exactly one block") {
+TEST_CASE("bond patterns: every node is an own node of exactly one pattern") {
   for (const Index parts : {1, 4}) {
-    const Blocks b(disturbedGrid(19, 17), parts);
-    CHECK(b.blocks.size() == static_cast<std::size_t>(parts));
+    const Patterns p(disturbedGrid(19, 17), parts);
+    CHECK(p.list.size() == static_cast<std::size_t>(parts));
     std::vector<Index> nodes;
-    for (const BondBlock& block : b.blocks) {
-      CHECK(block.body == 1);
-      CHECK(block.whole_body == (parts == 1));
-      CHECK(block.n_padded % lanes == 0);
-      CHECK(block.n_all % lanes == 0);
-      CHECK((parts == 1) == (block.n_all == block.n_padded));
-      nodes.insert(nodes.end(), block.nodes.begin(),
-                   block.nodes.begin() + static_cast<std::ptrdiff_t>(block.n_own));
+    for (const BondPattern& pattern : p.list) {
+      CHECK(pattern.n_padded % lanes == 0);
+      CHECK(pattern.n_padded < pattern.n_own + lanes);
+      CHECK(pattern.n_all % lanes == 0);
+      CHECK((parts == 1) == (pattern.n_halo == 0));
+      nodes.insert(nodes.end(), pattern.nodes.begin(),
+                   pattern.nodes.begin() + static_cast<std::ptrdiff_t>(pattern.n_own));
     }
     std::sort(nodes.begin(), nodes.end());
-    std::vector<Index> expected(static_cast<std::size_t>(b.body().nodes()));
-    std::iota(expected.begin(), expected.end(), b.body().start);
+    std::vector<Index> expected(static_cast<std::size_t>(p.body().nodes()));
+    std::iota(expected.begin(), expected.end(), 0);
     CHECK(nodes == expected);
   }
 }
 
-TEST_CASE("bond blocks: a bond is stored once inside a block and on either side between blocks") {
+TEST_CASE("bond patterns: a bond is stored once inside a pattern and on either side between them") {
   for (const Index parts : {1, 4}) {
-    const Blocks b(disturbedGrid(19, 17), parts);
+    const Patterns p(disturbedGrid(19, 17), parts);
     std::map<std::pair<Index, Index>, int> times;  // of the directed bond
-    for (const BondBlock& block : b.blocks)
-      forEachBond(block, [&](std::size_t i, std::size_t place, Real, Real) {
-        const Index from = block.nodes[i];
-        const Index to = block.nodes[place];
+    for (const BondPattern& pattern : p.list)
+      forEachBond(pattern, [&](std::size_t own, std::size_t row, std::size_t) {
+        const Index from = pattern.nodes[own];
+        const Index to = pattern.nodes[row];
         ++times[{from, to}];
-        if (place < block.n_padded) ++times[{to, from}];
+        if (row < pattern.n_padded) ++times[{to, from}];
       });
     std::size_t expected = 0;
     std::size_t wrong = 0;
-    for (Index i = b.body().start; i < b.body().stop; ++i)
-      for (std::size_t k = b.bodies.bonds.begin(i); k < b.bodies.bonds.end(i); ++k) {
+    for (Index i = 0; i < p.body().nodes(); ++i)
+      for (const Index j : p.neighborsOf(i)) {
         ++expected;
-        wrong += times[{i, b.bodies.bonds.neighbors[k]}] != 1;
+        wrong += times[{i, j - p.body().start}] != 1;
       }
     CHECK(wrong == 0);
     CHECK(times.size() == expected);
   }
 }
 
-TEST_CASE("bond blocks: carry length, influence, volume and position of their bonds and nodes") {
-  const Blocks b(disturbedGrid(19, 17), 3);
-  const State& state = b.bodies.state;
-  const Vec3& center = state.x_ref[static_cast<std::size_t>(b.body().center_node)];
+TEST_CASE("bond patterns: groups follow each other tile by tile, those with the halo last") {
+  for (const Index parts : {1, 4}) {
+    const Patterns p(disturbedGrid(19, 17), parts);
+    for (const BondPattern& pattern : p.list) {
+      REQUIRE(pattern.tiles.size() == pattern.n_padded / lanes);
+      std::size_t wrong = 0;
+      std::size_t next = 0;
+      for (std::size_t t = 0; t < pattern.tiles.size(); ++t) {
+        const TileBonds& tile = pattern.tiles[t];
+        wrong += tile.tile != lanes * t || tile.begin != next || tile.halo < tile.begin ||
+                 tile.end < tile.halo;
+        next = tile.end;
+        for (std::size_t g = tile.begin; g < tile.end; ++g) {
+          const bool row_in_halo = pattern.groups[g].row >= pattern.n_padded;
+          wrong += row_in_halo != (g >= tile.halo) || pattern.groups[g].exists == 0;
+        }
+      }
+      CHECK(wrong == 0);
+      CHECK(next == pattern.groups.size());
+    }
+  }
+}
+
+TEST_CASE("bond patterns: a pair of tiles takes the fewer rows of the two ways to store it") {
+  for (const Index parts : {1, 4}) {
+    const Patterns p(disturbedGrid(19, 17), parts);
+    for (const BondPattern& pattern : p.list) {
+      using Tiles = std::pair<std::size_t, std::size_t>;
+      std::map<Tiles, std::set<std::size_t>> rows;  // nodes of the first tile bonded to the second
+      std::map<Index, std::size_t> place;
+      for (std::size_t k = 0; k < pattern.nodes.size(); ++k)
+        if (pattern.nodes[k] >= 0) place[pattern.nodes[k]] = k;
+      for (std::size_t k = 0; k < pattern.n_own; ++k)
+        for (const Index j : p.neighborsOf(pattern.nodes[k])) {
+          const std::size_t other = place.at(j - p.body().start);
+          rows[{other / lanes, k / lanes}].insert(other);
+        }
+      std::size_t fewest = 0;
+      std::size_t at_earlier = 0;  // always with the nodes of the later tile as rows
+      for (const auto& [tiles, nodes] : rows) {
+        const auto [later, earlier] = tiles;
+        if (earlier > later) continue;
+        std::size_t here = nodes.size();
+        std::size_t there = here;  // groups with the halo have no choice
+        if (earlier == later) {
+          here = rowsWithin(p, pattern, earlier, Rows::later);
+          there = rowsWithin(p, pattern, earlier, Rows::earlier);
+        } else if (later < pattern.n_padded / lanes) {
+          there = rows.at({earlier, later}).size();
+        }
+        at_earlier += here;
+        fewest += std::min(here, there);
+      }
+      CHECK(pattern.groups.size() == fewest);
+      CHECK(fewest < at_earlier);
+    }
+  }
+}
+
+TEST_CASE("bond patterns: nodes lie and weigh as in the frame of the body") {
+  const Patterns p(disturbedGrid(19, 17), 3);
+  const State& state = p.bodies.state;
+  const Vec3& center = state.x_ref[static_cast<std::size_t>(p.body().center_node)];
+  const auto& law = std::get<Lps>(p.body().law);
+  constexpr Real eps = 0.3;  // horizon
+  Real worst = 0;
   std::size_t wrong = 0;
-  for (const BondBlock& block : b.blocks) {
-    for (std::size_t k = 0; k < block.n_all; ++k) {
-      if (block.nodes[k] < 0) {
-        wrong += block.volume[k] != 0;
+  for (const BondPattern& pattern : p.list)
+    for (std::size_t k = 0; k < pattern.n_all; ++k) {
+      const AlignedArray* const arrays[] = {&pattern.volume, &pattern.inverse_volume,
+                                            &pattern.dilatation_factor, &pattern.a, &pattern.b};
+      if (pattern.nodes[k] < 0) {
+        for (const AlignedArray* array : arrays) wrong += (*array)[k] != 0;
         continue;
       }
-      const auto node = static_cast<std::size_t>(block.nodes[k]);
-      wrong += block.volume[k] != state.volume[node];
-      for (std::size_t d = 0; d < 3; ++d) {
-        const auto component = static_cast<Eigen::Index>(d);
-        wrong += block.z_ref[d][k] != state.x_ref[node][component] - center[component];
-      }
+      const std::size_t node = p.global(pattern.nodes[k]);
+      const Vec3 x = state.x_ref[node] - center;
+      // turned back by half a radian
+      const Vec3 z(std::cos(0.5) * x[0] + std::sin(0.5) * x[1],
+                   std::cos(0.5) * x[1] - std::sin(0.5) * x[0], 0);
+      for (std::size_t d = 0; d < 3; ++d)
+        worst =
+            std::max(worst, std::abs(pattern.z_ref[d][k] - z[static_cast<Eigen::Index>(d)] / eps));
+      const Real volume = state.volume[node] / (eps * eps);
+      const Real m = state.weighted_volume[node] / std::pow(eps, 4);
+      const Real b = 15 * law.shear_modulus / m;
+      const Real expected[] = {volume, 1 / volume, 3 / m / volume, 3 * law.bulk_modulus / m - b / 3,
+                               b};
+      for (std::size_t c = 0; c < 5; ++c)
+        wrong += relativeError((*arrays[c])[k], expected[c]) > 20 * epsilon;
     }
-    forEachBond(block, [&](std::size_t i, std::size_t place, Real r, Real influence) {
-      const Index j = block.nodes[place];
-      const auto c = bondConstants(state, b.body(), b.bodies.influence, block.nodes[i], j);
-      const Real weight = influence * state.volume[static_cast<std::size_t>(j)];
-      wrong += r != c.length;
-      wrong += relativeError(weight, c.weight) > 4 * epsilon;
-    });
-    for (const BondGroup& group : block.groups) wrong += group.intact != group.exists;
-  }
+  CHECK(worst < 20 * epsilon);  // of coordinates up to 4
   CHECK(wrong == 0);
 }
 
-TEST_CASE("bond blocks: lanes without a bond have length one and no influence") {
-  const Blocks b(disturbedGrid(6, 5), 1);
+TEST_CASE("bond patterns: pieces find the nodes of their halo among the places of all pieces") {
+  const Patterns p(disturbedGrid(19, 17), 4);
+  std::vector<Index> node_at;  // of the places of all pieces
+  for (const BondPattern& pattern : p.list) {
+    CHECK(pattern.first_place == node_at.size());
+    node_at.insert(node_at.end(), pattern.nodes.begin(),
+                   pattern.nodes.begin() + static_cast<std::ptrdiff_t>(pattern.n_padded));
+  }
   std::size_t wrong = 0;
-  for (const BondBlock& block : b.blocks)
-    for (std::size_t g = 0; g < block.n_groups; ++g)
-      for (std::size_t lane = 0; lane < lanes; ++lane)
-        if (!((block.groups[g].exists >> lane) & 1))
-          wrong += block.numbers[g * group_numbers + lane] != 1 ||
-                   block.numbers[g * group_numbers + lanes + lane] != 0;
+  for (const BondPattern& pattern : p.list) {
+    REQUIRE(pattern.halo_places.size() == pattern.n_halo);
+    CHECK(pattern.n_halo > 0);
+    for (std::size_t k = 0; k < pattern.n_halo; ++k)
+      wrong += node_at[static_cast<std::size_t>(pattern.halo_places[k])] !=
+               pattern.nodes[pattern.n_padded + k];
+  }
   CHECK(wrong == 0);
-}
-
-TEST_CASE("bond blocks: groups with the halo come last, rows ascend in either part") {
-  const Blocks b(disturbedGrid(19, 17), 4);
-  for (const BondBlock& block : b.blocks) {
-    std::size_t wrong = block.n_inside == block.n_groups;  // four pieces: each has a halo
-    for (std::size_t g = 0; g < block.n_groups; ++g) {
-      const bool halo = block.groups[g].tile >= static_cast<Index>(block.n_padded);
-      wrong += halo != (g >= block.n_inside);
-      if (g > 0 && g != block.n_inside) wrong += block.groups[g].row < block.groups[g - 1].row;
-    }
-    CHECK(wrong == 0);
-  }
-}
-
-TEST_CASE("bond groups: packing keeps the groups of every block, one block after the other") {
-  Blocks b(disturbedGrid(19, 17), 4);
-  std::vector<BondBlock*> order;
-  std::vector<BondGroup> groups;
-  std::vector<Real> numbers;
-  for (BondBlock& block : b.blocks) {
-    order.push_back(&block);
-    groups.insert(groups.end(), block.groups.begin(), block.groups.end());
-    numbers.insert(numbers.end(), block.numbers.begin(), block.numbers.end());
-  }
-  BondGroups packed;
-  packed.pack(order);
-  REQUIRE(packed.groups.size() == groups.size());
-  CHECK(std::equal(groups.begin(), groups.end(), packed.groups.begin(),
-                   [](const BondGroup& p, const BondGroup& q) {
-                     return p.row == q.row && p.tile == q.tile && p.exists == q.exists;
-                   }));
-  CHECK(std::equal(numbers.begin(), numbers.end(), packed.numbers.data()));
-  std::size_t first = 0;
-  for (const BondBlock& block : b.blocks) {
-    CHECK(block.first_group == first);
-    first += block.n_groups;
-  }
 }
 
 TEST_CASE("aligned array: starts on 64 bytes and at zero") {

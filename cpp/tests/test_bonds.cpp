@@ -112,3 +112,37 @@ TEST_CASE("bonds: are found by their nodes") {
   CHECK(b.bonds.everBonded(2, 1));
   CHECK_FALSE(b.bonds.everBonded(2, 0));
 }
+
+TEST_CASE("bonds: of many bodies at once are those of one after the other, on any threads") {
+  const std::vector<std::vector<Vec3>> points = {quadGrid(5, 4, 1.0).points,
+                                                 quadGrid(80, 80, 0.5).points,
+                                                 {{0, 0, 0}},
+                                                 quadGrid(9, 9, 0.1).points};
+  std::vector<Particle> bodies;
+  std::vector<Influence> influences;
+  State one_by_one(20 + 6400 + 1 + 81);
+  for (const auto& own : points) {
+    Particle body;
+    body.start = bodies.empty() ? 0 : bodies.back().stop;
+    body.stop = body.start + static_cast<Index>(own.size());
+    body.mesh_size = own.size() > 1 ? own[1][0] - own[0][0] : 1;
+    body.horizon = 3.1 * body.mesh_size;
+    std::copy(own.begin(), own.end(), one_by_one.x_ref.begin() + body.start);
+    bodies.push_back(body);
+    influences.emplace_back(InfluenceDeck{InfluenceType::linear, {}}, 2 + (body.start > 0));
+  }
+  for (std::size_t i = 0; i < one_by_one.size(); ++i)
+    one_by_one.volume[i] = 1 + static_cast<Real>(i % 7);
+  State at_once = one_by_one;
+  BondTable expected;
+  for (std::size_t k = 0; k < bodies.size(); ++k)
+    appendBonds(expected, one_by_one, bodies[k], influences[k], 1);
+  for (const int threads : {1, 3}) {
+    BondTable bonds;
+    appendBonds(bonds, at_once, bodies, influences, threads);
+    CHECK(bonds.offsets == expected.offsets);
+    CHECK(bonds.neighbors == expected.neighbors);
+    CHECK(bonds.intact == expected.intact);
+    CHECK(at_once.weighted_volume == one_by_one.weighted_volume);
+  }
+}

@@ -22,7 +22,10 @@ Real threshold(Real below, Real above, const Breaks& breaks) {
 // Whether a bond of length r breaks at the stretch s.
 template <class Law>
 bool breaks(const Law& law, Real r, Real s) {
-  return law.excess(r, s * r) > 0;
+  if constexpr (Law::along_deformed_bond)
+    return law.excess(r, s * r) > 0;
+  else
+    return law.excess(1 / r, s) > 0;
 }
 
 }  // namespace
@@ -32,12 +35,20 @@ TEST_CASE("state-based law: factors and force by hand") {
   law.bulk_modulus = 5;
   law.shear_modulus = 2;
   law.s0 = 0.5;
-  CHECK(law.b(4) == 7.5);            // 15 * 2 / 4
-  CHECK(law.a(4) == 1.25);           // 3 * 5 / 4 - 7.5 / 3
-  CHECK(law.dilatation(4, 8) == 6);  // 3 / 4 * 8
-  CHECK(law.dilatation(0, 0) == 0);  // a node without neighbours
-  CHECK(Lps::force(2.0, 0.5, 3.0, 4.0) == 8);
+  CHECK(law.b(4) == 7.5);   // 15 * 2 / 4
+  CHECK(law.a(4) == 1.25);  // 3 * 5 / 4 - 7.5 / 3
+  CHECK(law.dilatationFactor(4) == 0.75);
+  CHECK(Lps::weight(3.0, 0.5) == 3);
+  // J = 3, r = 2, e = 0.5: J (r 3 + e 4)
+  CHECK(Lps::force(6.0, 1.5, 3.0, 4.0) == 24);
   CHECK(law.damage(2.0, -0.5) == 0.5);
+}
+
+TEST_CASE("state-based law: a node without neighbours has neither dilatation nor factors") {
+  const Lps law{5, 2, 0.5, 0.5, false};
+  CHECK(law.dilatationFactor(0) == 0);
+  CHECK(law.a(0) == 0);
+  CHECK(law.b(0) == 0);
 }
 
 TEST_CASE("state-based law: breaks just above s0 + 1e-10 in the fuzzy comparison") {
@@ -79,7 +90,7 @@ TEST_CASE("prototype bonds: force and damage by hand") {
   Pmb law{};
   law.c = 6;
   law.s0 = 0.5;
-  CHECK(law.force(2.0, 0.5) == 1.5);  // c e / r
+  CHECK(Pmb::weight(3.0, 0.5) * law.force(0.5, 0.25) == 4.5);  // J c e / r
   CHECK(law.damage(2.0, -0.5) == 0.5);
   law.s0 = 0;  // a law without fracture
   CHECK(law.damage(2.0, 0.5) == 0);
@@ -91,11 +102,22 @@ TEST_CASE("regularised bonds: force and damage and break by hand") {
   law.beta = 2;
   law.sc_times_sqrt_r = 0.5;  // sqrt(1 / (2 beta)): sc = 0.25 at r = 4
   law.break_factor = 2;
-  // s = 2 / 4: 3 s exp(-2 * 4 / 4)
-  CHECK(relativeError(law.force(4.0, 2.0), 1.5 * std::exp(-2.0)) < 4 * epsilon);
-  CHECK(law.damage(4.0, -2.0) == 2);
+  CHECK(Rnp::weight(3.0, 0.25) == 3);
+  // r = 4, s = 0.5: 3 s exp(-2 r s^2)
+  CHECK(relativeError(law.force(2.0, 0.5), 1.5 * std::exp(-2.0)) < 4 * epsilon);
+  CHECK(law.damage(0.25, -0.5) == 2);
   CHECK_FALSE(breaks(law, 4, 0.5 * (1 + 0.9e-5)));  // fuzzy
   CHECK(breaks(law, 4, 0.5 * (1 + 1.1e-5)));
+}
+
+TEST_CASE("regularised bonds: break just above the critical stretch in the fuzzy comparison") {
+  Rnp law{};
+  law.sc_times_sqrt_r = 0.5;
+  law.break_factor = 1;
+  // sc = 0.5 / sqrt(2). The law compares squares; see the state-based law for the tolerance.
+  const Real sc = 0.5 / std::sqrt(2.0);
+  CHECK(relativeError(threshold(0.3, 0.4, [&](Real s) { return breaks(law, 2, s); }),
+                      threshold(0.3, 0.4, [&](Real s) { return fuzzyGreater(s, sc); })) < 1e-11);
 }
 
 TEST_CASE("regularised bonds: the force is largest at the critical stretch") {
@@ -104,9 +126,10 @@ TEST_CASE("regularised bonds: the force is largest at the critical stretch") {
   law.beta = 3;
   law.sc_times_sqrt_r = std::sqrt(1 / (2 * law.beta));
   const Real r = 0.7;
-  const Real critical = law.sc_times_sqrt_r * std::sqrt(r);  // elongation sc r
-  CHECK(law.force(r, 0.99 * critical) < law.force(r, critical));
-  CHECK(law.force(r, 1.01 * critical) < law.force(r, critical));
+  const Real critical = law.sc_times_sqrt_r / std::sqrt(r);
+  const auto force = [&](Real s) { return law.force(r * s, s); };
+  CHECK(force(0.99 * critical) < force(critical));
+  CHECK(force(1.01 * critical) < force(critical));
 }
 
 TEST_CASE("contact law: normal force and damping by hand") {

@@ -151,6 +151,18 @@ TEST_CASE("mesh size: the fuzzy one agrees with the plain double loop") {
   }
 }
 
+TEST_CASE("mesh size: the number of threads changes nothing, nor does the order of the nodes") {
+  // More than 20000 points, so that threads are used at all.
+  Mesh mesh = quadGrid(150, 150, 1e-3);
+  Random random(17);
+  for (Vec3& x : mesh.points) x += 1e-4 * random.vector(2);
+  const Real h = meshSize(mesh.points, false, 1);
+  CHECK(meshSize(mesh.points, false, 3) == h);
+  CHECK(meshSize(mesh.points, true, 3) == meshSize(mesh.points, true, 1));
+  std::reverse(mesh.points.begin(), mesh.points.end());
+  CHECK(meshSize(mesh.points, false, 2) == h);
+}
+
 TEST_CASE("mesh size: coinciding nodes and single nodes are refused") {
   const std::vector<Vec3> twice = {{0, 0, 0}, {1, 0, 0}, {0, 0, 0}};
   CHECK(contains(messageOf([&] { meshSize(twice, false); }), "coincide"));

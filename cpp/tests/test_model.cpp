@@ -420,6 +420,73 @@ TEST_CASE("stable time step: of a pair of nodes it is the limit of the pair's os
   CHECK(amplitude(1.01 * limit) > 1e-6);
 }
 
+TEST_CASE("stable time step: of a pair with a bond law it parts bounded from growing motion") {
+  // r = 1/4, so that lengths and their inverses differ. For a pair the bound is exact; thresholds
+  // as in the test before.
+  for (const auto type :
+       {MaterialType::pmb_bond, MaterialType::pd_elastic_bond, MaterialType::rnp_bond}) {
+    CAPTURE(static_cast<int>(type));
+    Mesh mesh;
+    mesh.points = {{0, 0, 0}, {0.25, 0, 0}};
+    mesh.volumes = {1, 1};
+    ModelDeck deck = oneBody(mesh, material(type, 2));
+    deck.time_scheme = TimeScheme::velocity_verlet;
+    deck.time_steps = 40;
+    DEMModel probe(deck, 1);
+    probe.init();
+    const Real limit = probe.stableTimeStep().bonds;
+    const auto amplitude = [&](Real dt) {
+      deck.final_time = 40 * dt;
+      DEMModel model(deck, 1);
+      model.init();
+      setDisplacement(model.state(), 1, Vec3(1e-9, 0, 0));
+      Real largest = 0;
+      model.run([&] {
+        largest = std::max(largest, std::abs(model.state().u[1][0] - model.state().u[0][0]));
+        return false;
+      });
+      return largest;
+    };
+    CHECK(amplitude(0.99 * limit) < 1.01e-9);
+    CHECK(amplitude(1.01 * limit) > 1e-6);
+  }
+}
+
+TEST_CASE(
+    "stable time step: that of contact is the smallest over all pairs of bodies that may touch") {
+  // Three zones, the last of them walls; one body in two never moves. In turn each zone is left
+  // with one body, so that the largest one has only others of its kind, or none.
+  for (const Index lone : {0, 1, 2}) {
+    const Real spacing = 0.1;
+    ModelDeck deck = oneZone(quadGrid(4, 4, spacing), material(MaterialType::pd_state, 0.3));
+    deck.zones.resize(3, deck.zones[0]);
+    deck.zones[1].material.density = 700;
+    deck.zones[2].is_wall = true;
+    deck.contacts.resize(9, contact(0.9 * spacing, 1e12));
+    deck.contacts[1].kn = deck.contacts[3].kn = 3e12;
+    deck.contacts[4].kn = 5e11;
+    Random random(4);
+    for (Index k = 0; k < 12; ++k) {
+      if (k % 3 == lone && k >= 3) continue;
+      BodyDeck body = bodyAt(Vec3(static_cast<Real>(k), 0, 0), k % 3);
+      body.scale = 1 + 0.5 * random();
+      body.constrained = k % 2 == 1;
+      deck.bodies.push_back(body);
+    }
+    DEMModel model(deck, 2);
+    model.init();
+    Real omega_squared = 0;
+    for (const Particle& p : model.particles())
+      for (const Particle& q : model.particles()) {
+        if (p.constrained || !mayTouch(p, q)) continue;
+        const Real node_volume = q.volume / static_cast<Real>(q.nodes());
+        omega_squared = std::max(omega_squared, model.contact().law(p, q).kn * node_volume *
+                                                    (1 / p.density + 1 / q.density));
+      }
+    CHECK(model.stableTimeStep().contact == 2 / std::sqrt(omega_squared));
+  }
+}
+
 TEST_CASE("stable time step: needs bonds, so init first") {
   CHECK_THROWS_AS(DEMModel(smallDeck(), 1).stableTimeStep(), InputError);
 }

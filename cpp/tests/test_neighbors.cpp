@@ -7,7 +7,7 @@ using namespace peridem::test;
 namespace {
 
 // Every pair by the definition: dx^2 + dy^2 + dz^2 < radius^2, summed in this order.
-std::vector<Index> bruteForce(const std::vector<Vec3>& points, std::size_t i, Real radius) {
+std::vector<Index> bruteForce(std::span<const Vec3> points, std::size_t i, Real radius) {
   std::vector<Index> found;
   for (std::size_t j = 0; j < points.size(); ++j) {
     const Real dx = points[j][0] - points[i][0];
@@ -91,6 +91,56 @@ TEST_CASE("neighbours: the number of threads changes nothing") {
   }
 }
 
+TEST_CASE("neighbours: agree with brute force where points crowd, coincide or lie far away") {
+  Random random(21);
+  std::vector<Vec3> points;
+  // Two crowds a million radii apart, far more cells than points; some points twice.
+  for (int i = 0; i < 150; ++i) points.push_back(1e3 * Vec3(1, 2, 0) + 2e-3 * random.vector(3));
+  for (int i = 0; i < 150; ++i) points.push_back(1e-3 * random.vector(2));
+  for (int i = 0; i < 20; ++i) points.push_back(points[static_cast<std::size_t>(i)]);
+  for (const Real radius : {1e-3, 1e-2, 1e4}) checkAgainstBruteForce(points, radius);
+}
+
+TEST_CASE("neighbours: agree with brute force on a lattice far from the origin") {
+  // Places of cells carry the round-off of the coordinates, 1e8 times the size of the body.
+  std::vector<Vec3> points = quadGrid(15, 15, 0.1).points;
+  for (Vec3& x : points) x += Vec3(1.4e8, -1.4e8, 0);
+  for (const Real radius : {0.1, 0.2, 0.3}) checkAgainstBruteForce(points, radius);
+}
+
+TEST_CASE("neighbours: sets one after the other are those of each set alone") {
+  Random random(13);
+  const std::vector<std::size_t> sizes = {7, 700, 1, 5000, 300};
+  std::vector<std::vector<Vec3>> points;
+  std::vector<PointSet> sets;
+  Index first = 3;
+  for (const std::size_t n : sizes) {
+    points.emplace_back(n);
+    for (Vec3& x : points.back()) x = random.vector(2);
+  }
+  for (const auto& own : points) {
+    sets.push_back({own, 0.1 + 0.01 * static_cast<Real>(sets.size()), first});
+    first += static_cast<Index>(own.size());
+  }
+  for (const int threads : {1, 3}) {
+    std::vector<Offset> offsets = {0, 2};  // a row that is there already
+    std::vector<Index> indices = {0, 1};
+    appendNeighbors(sets, offsets, indices, threads);
+    std::size_t row = 1;
+    std::size_t wrong = indices[0] != 0 || indices[1] != 1;
+    for (const PointSet& set : sets)
+      for (std::size_t i = 0; i < set.points.size(); ++i, ++row) {
+        std::vector<Index> found(indices.begin() + offsets[row],
+                                 indices.begin() + offsets[row + 1]);
+        for (Index& j : found) j -= set.first;
+        wrong += found != bruteForce(set.points, i, set.radius);
+      }
+    CHECK(wrong == 0);
+    CHECK(row + 1 == offsets.size());
+    CHECK(static_cast<std::size_t>(offsets.back()) == indices.size());
+  }
+}
+
 TEST_CASE("neighbours: of no points and of one point") {
   CHECK(neighborsWithin({}, 1.0, 1).size() == 0);
   const std::vector<Vec3> one = {{1, 2, 3}};
@@ -105,14 +155,6 @@ TEST_CASE("point tree: the nearest other point is not the point itself") {
   CHECK(tree.nearestOther(0) == 1);
   CHECK(tree.nearestOther(1) == 0.25);
   CHECK(tree.nearestOther(2) == 0.25);
-}
-
-TEST_CASE("point tree: points around a place that is none of them") {
-  const std::vector<Vec3> points = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
-  const PointTree tree(points);
-  std::vector<Index> found = {17};
-  tree.withinRadius(Vec3(1.5, 0, 0), 0.75, found);
-  CHECK(found == std::vector<Index>{1, 2});
-  tree.withinRadius(Vec3(9, 9, 9), 0.75, found);
-  CHECK(found.empty());
+  CHECK(tree.nearestOther(0, 1.5) == 1);
+  CHECK(std::isinf(tree.nearestOther(0, 0.5)));
 }

@@ -42,11 +42,41 @@ TEST_CASE("partition: every node of a body is in one of the pieces") {
   CHECK(usesAll(piece, 5));
 }
 
-TEST_CASE("partition: the pieces have nearly equal numbers of bonds") {
+TEST_CASE("partition: the pieces of a flat body have equal numbers of nodes") {
   const ManyBodies bodies({quadGrid(30, 30, 0.1).points});
-  // METIS allows an imbalance of 3 % by default; the weight of a node is its bonds plus one, and
-  // a piece is off by up to one node of about 24 in 4000.
-  CHECK(imbalance(bodies, 0, piecesOf(bodies, 0, 5), 5) < 1.05);
+  for (const Index parts : {2, 5, 7, 16}) {
+    std::vector<Index> count(static_cast<std::size_t>(parts), 0);
+    for (const Index piece : piecesOf(bodies, 0, parts)) ++count[static_cast<std::size_t>(piece)];
+    const auto [least, most] = std::minmax_element(count.begin(), count.end());
+    // Every cut rounds down to a whole node; 16 pieces take four cuts one after the other.
+    CHECK(*most - *least <= 4);
+  }
+}
+
+TEST_CASE("partition: the pieces have nearly equal numbers of bonds") {
+  const ManyBodies flat({quadGrid(120, 120, 0.1).points});
+  // Equal numbers of nodes. The nodes at the sides lack less than a row's bonds, 480 of 14400,
+  // which the piece in the middle has: 3.4 % above the mean.
+  CHECK(imbalance(flat, 0, piecesOf(flat, 0, 9), 9) < 1.05);
+  const ManyBodies solid({tetraGrid(12, 0.1).points});
+  // METIS allows an imbalance of 3 % by default; the weight of a node is its bonds plus one.
+  CHECK(imbalance(solid, 0, piecesOf(solid, 0, 5), 5) < 1.05);
+}
+
+TEST_CASE("partition: a square is cut into squares") {
+  // Four pieces of 20 x 20 nodes: no piece is wider than half of the square and a node.
+  const ManyBodies bodies({quadGrid(40, 40, 0.1).points});
+  const auto piece = piecesOf(bodies, 0, 4);
+  for (Index p = 0; p < 4; ++p) {
+    Vec3 lower = Vec3::Constant(10);
+    Vec3 upper = -lower;
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+      if (piece[i] != p) continue;
+      lower = lower.cwiseMin(bodies.state.x_ref[i]);
+      upper = upper.cwiseMax(bodies.state.x_ref[i]);
+    }
+    CHECK((upper - lower).maxCoeff() < 2.05);
+  }
 }
 
 TEST_CASE("partition: one piece is the whole body") {
@@ -74,4 +104,12 @@ TEST_CASE("partition: two nodes much closer than all others do not spoil the bal
   const auto piece = piecesOf(bodies, 0, 4);
   CHECK(usesAll(piece, 4));
   CHECK(imbalance(bodies, 0, piece, 4) < 1.1);
+  // The same in a solid body, which METIS cuts.
+  std::vector<Vec3> ball = tetraGrid(10, 0.1).points;
+  ball.push_back(ball[0] + Vec3(0.001, 0, 0));
+  ManyBodies solid({ball});
+  solid.list[0].mesh_size = 0.001;
+  const auto solid_piece = piecesOf(solid, 0, 4);
+  CHECK(usesAll(solid_piece, 4));
+  CHECK(imbalance(solid, 0, solid_piece, 4) < 1.1);
 }

@@ -1,8 +1,8 @@
 #include <Eigen/Geometry>
 
 #include "by_the_book.h"
+#include "force_scene.h"
 #include "instruction_sets.h"
-#include "peridem/peridynamic.h"
 
 using namespace peridem;
 using namespace peridem::test;
@@ -11,9 +11,6 @@ namespace {
 
 constexpr Real h = 1e-3;
 constexpr Real horizon = 3.1e-3;
-
-constexpr MaterialType all_types[] = {MaterialType::pd_state, MaterialType::pmb_bond,
-                                      MaterialType::rnp_bond, MaterialType::pd_elastic_bond};
 
 // A body whose bonds break at a stretch of about `strain` (of about 1 without).
 DEMModel makeModel(MaterialType type, int dimension, Real strain = 1,
@@ -42,6 +39,21 @@ void checkAgrees(const State& state, const ByTheBook& book) {
   }
   CHECK(wrong_theta < 1e-12);
   CHECK(wrong_z < 1e-12);
+}
+
+// Breaks a share of the bonds, chosen at random.
+void breakBonds(DEMModel& model, ByTheBook& book, Real share) {
+  std::vector<std::uint8_t> intact = model.bonds().intact;
+  Random random(53);
+  for (std::size_t i = 0; i < book.n; ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const std::size_t bond = model.bonds().find(static_cast<Index>(i), static_cast<Index>(j));
+      if (bond == model.bonds().size() || (random() + 1) / 2 >= share) continue;
+      intact[bond] = 0;
+      intact[model.bonds().find(static_cast<Index>(j), static_cast<Index>(i))] = 0;
+      book.broken[i * book.n + j] = book.broken[j * book.n + i] = 1;
+    }
+  model.setIntact(intact);
 }
 
 // Forces of random displacements of a thousandth of the mesh size, by which round-off is judged.
@@ -84,12 +96,12 @@ TEST_CASE("peridynamic force: a body in pieces agrees with the definition as wel
       DEMModel model = makeModel(type, dimension, 0.05);
       const Influence influence(model.deck().zones[0].material.influence, dimension);
       PeridynamicForce force(model.state(), model.bonds(), model.particles(), {influence},
-                             dimension, Compatibility::corrected, BlockSizes{13, 20});
+                             dimension, Compatibility::corrected, smallPieces());
       ByTheBook book(model);
       for (const Real size : {0.02, 0.07, 0.3}) {
         displaceAtRandom(model.state(), size * h, dimension, 29);
-        force.compute(model.state(), model.bonds(), model.particles(), 2);
-        force.computeDamage(model.state(), model.particles(), 2);
+        force.compute(model.state(), model.bonds(), model.particles(), Vec3::Zero(), 2);
+        force.computeDamage(model.state(), 2);
         book.evaluate();
         checkAgrees(model.state(), book);
         CHECK(brokenBonds(model) == book.brokenBonds());
@@ -175,35 +187,37 @@ TEST_CASE("peridynamic force: the dilatation of a uniform expansion is three tim
   }
 }
 
-TEST_CASE("peridynamic force: 1 and 2 and 4 threads give the same bits on a partitioned body") {
-  // 72 x 72 nodes: more than one block and enough bonds for threads; a second, small body is a
-  // block of its own.
-  for (const MaterialType type : {MaterialType::pd_state, MaterialType::pmb_bond}) {
-    const auto evaluated = [type](int threads) {
-      MaterialDeck m = material(type, 3.1 * h);
-      m.fracture_energy *= 0.05 * 0.05;
-      ModelDeck deck = oneZone(quadGrid(72, 72, h), m);
-      deck.meshes.push_back(quadGrid(9, 9, h));
-      deck.zones.push_back(deck.zones[0]);
-      deck.zones[1].mesh = 1;
-      deck.bodies = {bodyAt(Vec3::Zero()), bodyAt(Vec3(1, 0, 0), 1)};
-      deck.contacts.assign(4, contact(h, 1));
-      DEMModel model(deck, threads);
-      model.init();
-      for (int evaluation = 0; evaluation < 2; ++evaluation) {
-        displaceAtRandom(model.state(), 0.1 * h, 2, 37);
-        evaluate(model);
-      }
-      return model;
-    };
-    const DEMModel one = evaluated(1);
-    CHECK(brokenBonds(one) > 1000);
-    for (const int threads : {2, 4}) {
-      const DEMModel many = evaluated(threads);
-      CHECK(many.state().f == one.state().f);
-      CHECK(many.state().theta == one.state().theta);
-      CHECK(many.state().damage_z == one.state().damage_z);
-      CHECK(many.bonds().intact == one.bonds().intact);
-    }
+TEST_CASE("self-contact: a crushed body agrees with the definition, few or all bonds broken") {
+  for (const std::string& instruction_set : availableInstructionSets()) {
+    const UseInstructionSet use(instruction_set);
+    for (const int dimension : {2, 3})
+      for (const MaterialType type : all_types)
+        for (const Real share : {0.1, 0.5, 1.0}) {
+          CAPTURE(instruction_set);
+          CAPTURE(dimension);
+          CAPTURE(static_cast<int>(type));
+          CAPTURE(share);
+          DEMModel model = makeModel(type, dimension);
+          ByTheBook book(model);
+          breakBonds(model, book, share);
+          // Pressed together by 0.3, neighbours are 0.7 h apart, closer than 0.95 h; the next
+          // ones, 1.41 h at first, just about.
+          State& state = model.state();
+          Random random(47);
+          for (std::size_t i = 0; i < state.size(); ++i)
+            setDisplacement(state, i, -0.3 * state.x_ref[i] + 0.05 * h * random.vector(dimension));
+          Forces pieces(model, smallPieces());
+          Forces computed(model, smallPieces(Tables::few));
+          pieces.evaluate();
+          computed.evaluate();
+          evaluate(model);
+          book.evaluate();
+          checkAgrees(state, book);
+          checkAgrees(pieces.state, book);
+          checkSameBits(pieces, computed);
+          CHECK(brokenBonds(model) == book.brokenBonds());
+          // The forces of self-contact are there: without them a body in bits has none.
+          if (share == 1) CHECK(largestNorm(state.f) > 0);
+        }
   }
 }

@@ -9,7 +9,7 @@ import os
 # GCC's OpenMP, several ms, slows a machine down that has other work; it is read when _core loads.
 os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
-from . import plot, recorders
+from . import packing, plot, recorders
 from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck
@@ -27,6 +27,7 @@ from .shapes import (
     ConcaveHexagon,
     Cube,
     Cuboid,
+    CuboidMinusCuboid,
     Cylinder,
     Ellipse,
     GmshGeometry,
@@ -35,6 +36,7 @@ from .shapes import (
     Polygon,
     Polyhedron,
     Rectangle,
+    RectangleMinusRectangle,
     Sphere,
     Square,
     Surface,
@@ -52,6 +54,7 @@ __all__ = [
     "ConcaveHexagon",
     "Cube",
     "Cuboid",
+    "CuboidMinusCuboid",
     "Cylinder",
     "DEMModel",
     "Deck",
@@ -71,6 +74,7 @@ __all__ = [
     "Polyhedron",
     "RNPBond",
     "Rectangle",
+    "RectangleMinusRectangle",
     "Result",
     "Sphere",
     "Square",
@@ -78,6 +82,7 @@ __all__ = [
     "Triangle",
     "__version__",
     "mesh_quality",
+    "packing",
     "plot",
     "read_deck",
     "recorders",

@@ -12,6 +12,7 @@ import hashlib
 import io
 import os
 import re
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -189,15 +190,26 @@ class CheckpointWriter:
         InputError
             If it cannot be written; the checkpoints before stay as they are.
         """
+        return self.take(model)()
+
+    def take(self, model: DEMModel) -> Callable[[], Path]:
+        """Copy the state of the model; the function returned writes it, as `write` does.
+
+        Functions of several states are to be called in the order of the states.
+        """
         stem = "checkpoint" if self._tag is None else f"checkpoint_{self._tag}"
         path = self.folder / f"{stem}_{model.n}.h5"
-        image = _pack(model, {**self._identity, "every": self.every or 0}, self._inputs)
-        with replace_file(path) as temporary:
-            temporary.write_bytes(image)
-        self._kept = [*(kept for kept in self._kept if kept != path), path][-KEPT:]
+        contents = _contents(model, {**self._identity, "every": self.every or 0}, self._inputs)
         self.last_step = model.n
-        self._remove_others(stem)
-        return path
+
+        def write() -> Path:
+            with replace_file(path) as temporary:
+                temporary.write_bytes(_pack(contents))
+            self._kept = [*(kept for kept in self._kept if kept != path), path][-KEPT:]
+            self._remove_others(stem)
+            return path
+
+        return write
 
     def _remove_others(self, stem: str) -> None:
         """Remove older checkpoints and what a killed run left half written."""
@@ -331,21 +343,47 @@ def _identity(model: DEMModel, folder: Path) -> dict[str, Any]:
     }
 
 
-def _pack(model: DEMModel, attributes: dict[str, Any], inputs: dict[str, str]) -> bytearray:
+@dataclass(frozen=True)
+class _Contents:
+    """Copies of what goes into a file: attributes and arrays by the names of their groups."""
+
+    attributes: dict[str, dict[str, Any]]
+    arrays: dict[str, NDArray[Any]]
+
+
+def _contents(model: DEMModel, identity: dict[str, Any], inputs: dict[str, str]) -> _Contents:
+    intact = model.bonds.intact
+    spring_nodes, spring_elongations = model.friction_springs()
+    return _Contents(
+        attributes={
+            "/": {
+                **identity,
+                "step": model.n,
+                "time": model.time,
+                "output_interval": model.output_interval,
+            },
+            "bonds": {"count": len(intact)},
+            "inputs": inputs,
+        },
+        arrays={
+            **{f"nodes/{name}": getattr(model.state, name).copy() for name in NODE_ARRAYS},
+            "bonds/intact_bits": np.packbits(intact),
+            "friction/nodes": spring_nodes,
+            "friction/elongations": spring_elongations,
+        },
+    )
+
+
+def _pack(contents: _Contents) -> bytearray:
     """Make the bytes of a checkpoint: in memory, so that only plain writes meet a full disk."""
     import h5py
 
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", userblock_size=_BLOCK_BYTES) as file:
-        file.attrs.update({**attributes, "step": model.n, "time": model.time})
-        file.attrs["output_interval"] = model.output_interval
-        for name in NODE_ARRAYS:
-            file[f"nodes/{name}"] = getattr(model.state, name)
-        intact = model.bonds.intact
-        file["bonds/intact_bits"] = np.packbits(intact)
-        file["bonds"].attrs["count"] = len(intact)
-        file["friction/nodes"], file["friction/elongations"] = model.friction_springs()
-        file.create_group("inputs").attrs.update(inputs)
+        for name, array in contents.arrays.items():
+            file[name] = array
+        for name, attributes in contents.attributes.items():
+            file.require_group(name).attrs.update(attributes)
     image = bytearray(buffer.getbuffer())
     digest = _digest(SCHEMA)
     digest.update(memoryview(image)[_BLOCK_BYTES:])

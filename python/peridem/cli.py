@@ -22,6 +22,7 @@ from . import __version__
 from .command import BAD_INPUT, fail, with_exit_codes
 from .errors import InputError, NumericalError
 from .interrupt import Terminated
+from .memory import machine_memory, predict_memory, refuse_too_large
 from .model import DEMModel
 from .output import older_files, read_pvd, series_path
 from .render_command import render
@@ -29,6 +30,7 @@ from .runlog import RunLog, show_progress
 from .summary import (
     facts,
     output_plan,
+    prediction_text,
     time_text,
     timing_rows,
     timing_table,
@@ -188,11 +190,14 @@ def check(*, deck: Path, compatibility: str | None, strict: bool, allow_overlap:
     model = DEMModel.from_deck(
         deck, compatibility=compatibility, strict=strict, allow_overlap=allow_overlap
     )
-    model.init()
     out = _console()
+    prediction = predict_memory(model)
+    refuse_too_large(prediction, machine_memory(), deck.name)
+    model.init()
     _print(out, f"deck: {deck} (sha256 {model.deck.sha256})")
     for name, text in facts(model):
         _print(out, f"{name}: {text}")
+    _print(out, f"memory predicted before the bonds: {prediction_text(prediction)}")
     _print(out, f"output: {output_plan(model)}, in {_folder(model, None)}")
     out.print(zone_table(model))
     for text in _remarks(model):

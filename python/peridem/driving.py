@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .background import Job as FileJob
 from .checkpoint import CheckpointWriter
 from .diagnostics import check_finite
 from .errors import InputError, NumericalError
@@ -68,6 +69,7 @@ def drive(model: DEMModel, job: Job) -> None:
         signals = stack.enter_context(StopSignals(active=job.output is not None))
         checkpoints = _open_checkpoints(model, job)
         recorder = stack.enter_context(_open_recorder(model, job.output))
+        stack.enter_context(model.background)
         model.start()
         stack.enter_context(job.series)
         _observe(model, recorder, job)
@@ -78,6 +80,7 @@ def drive(model: DEMModel, job: Job) -> None:
             stop = min(job.last, *((model.n // end + 1) * end for end in ends))
             with _last_state(recorder):
                 model.advance(stop - model.n, PROGRESS_SECONDS)
+            model.background.check()
             _observe(model, recorder, job)
             if checkpoints is not None and checkpoints.is_due(model.n):
                 _save(model, checkpoints, job)
@@ -102,19 +105,19 @@ def _last_state(recorder: Recorder) -> Iterator[None]:
 
 
 def _observe(model: DEMModel, recorder: Recorder, job: Job) -> None:
-    begin = clock.perf_counter()
-    with _last_state(recorder):
-        check_finite(model)
-    recorder.record()
-    model.stop_reason = recorder.stop_reason
-    job.series.sample(model)
-    model.note_output_time(clock.perf_counter() - begin)
+    with _timed_output(model):
+        with _last_state(recorder):
+            check_finite(model)
+        recorder.record()
+        model.stop_reason = recorder.stop_reason
+        job.series.sample(model)
     if job.callback is not None and model.n % job.callback_every == 0:
         job.callback(model)
 
 
 def _open_recorder(model: DEMModel, folder: Path | None) -> Recorder:
-    return Recorder(model, folder, goes_on=model.note_goes_on(folder is not None))
+    goes_on = model.note_goes_on(folder is not None)
+    return Recorder(model, folder, goes_on=goes_on, background=model.background)
 
 
 def _open_checkpoints(model: DEMModel, job: Job) -> CheckpointWriter | None:
@@ -130,7 +133,24 @@ def _open_checkpoints(model: DEMModel, job: Job) -> CheckpointWriter | None:
 def _save(model: DEMModel, checkpoints: CheckpointWriter, job: Job) -> None:
     if checkpoints.last_step == model.n:
         return
-    begin = clock.perf_counter()
-    job.series.save()
-    model.last_checkpoint = checkpoints.write(model)
-    model.note_output_time(clock.perf_counter() - begin)
+
+    def take() -> FileJob:
+        write = checkpoints.take(model)
+
+        def save() -> None:
+            model.last_checkpoint = write()
+
+        return save
+
+    with _timed_output(model):
+        job.series.save()  # at once, so that a checkpoint never knows more than the series
+        model.background.submit(take)
+
+
+@contextlib.contextmanager
+def _timed_output(model: DEMModel) -> Iterator[None]:
+    """Count the time of the ``with`` as output, but for waiting."""
+    begin, waited = clock.perf_counter(), model.background.seconds_waited
+    yield
+    waited = model.background.seconds_waited - waited
+    model.note_output_time(clock.perf_counter() - begin - waited)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .background import BackgroundWriter
 from .build import build_model
 from .checkpoint import newest_checkpoint
 from .deck import read_deck
@@ -318,7 +319,8 @@ class DEMModel(StagedModel):
             Number of steps. Before the first step of a model without `dt` it may be given
             together with `until`: then the time step is until / steps.
         callback : callable, optional
-            Called with the model at the start and at intervals.
+            Called with the model at the start and at intervals. Files of the outputs so far may
+            still be on their way: they are written in the background.
         every : int or float, optional
             Interval of outputs; that of the deck, or a hundredth of the run, when left out.
         progress : callable, optional
@@ -394,6 +396,11 @@ class DEMModel(StagedModel):
         return Result(self.summary(), folder, series)
 
     # For the loop of a run.
+
+    @property
+    def background(self) -> BackgroundWriter:
+        """Who writes the files of a run while it goes on."""
+        return self._background
 
     def note_output_time(self, seconds: float) -> None:
         """Count seconds of wall-clock time as spent on output."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .background import BackgroundWriter, Job
 from .body_table import bodies_path, write_bodies
 from .diagnostics import StopCriterion, TestWriter
 from .errors import InputError
@@ -29,6 +30,8 @@ _ALWAYS_LAST = ("Displacement", "Velocity", "Force_Density", "Particle_ID", "Dam
 class Recorder:
     """Write the outputs of the deck's ``Output`` block and of its test while a run goes.
 
+    The state is copied at the step of an output; the file is made of the copy in the background.
+
     Parameters
     ----------
     model : DEMModel
@@ -37,6 +40,9 @@ class Recorder:
         Output folder; without it nothing is written, and only the stop criterion is watched.
     goes_on : bool
         Keep what an earlier part of the run has written up to the model's time.
+    background : BackgroundWriter, optional
+        Who writes the vtu and csv files of the outputs; by default `record` does. It has to be
+        done with its jobs before this is closed.
 
     Attributes
     ----------
@@ -49,8 +55,16 @@ class Recorder:
         If the folder cannot be written.
     """
 
-    def __init__(self, model: DEMModel, folder: Path | None, *, goes_on: bool = False) -> None:
+    def __init__(
+        self,
+        model: DEMModel,
+        folder: Path | None,
+        *,
+        goes_on: bool = False,
+        background: BackgroundWriter | None = None,
+    ) -> None:
         self.model = model
+        self._background = background
         self.folder = folder
         self.stop_reason: str | None = None
         self._criterion = StopCriterion(model) if StopCriterion.serves(model) else None
@@ -88,7 +102,11 @@ class Recorder:
         if n % self.model.output_interval:
             return
         if self._writer is not None:
-            self._write(self._writer)
+            writer = self._writer
+            if self._background is None:
+                self._take(writer)()
+            else:
+                self._background.submit(lambda: self._take(writer))
         if self._criterion is not None and n > 0:
             reason = self._criterion.reason(self.model)
             if reason is not None and self._criterion.new_interval is None:
@@ -106,6 +124,8 @@ class Recorder:
         """
         if self.folder is None:
             return None
+        if self._background is not None:
+            self._background.settle()
         try:
             writer = self._writer or self._open(self.folder, True)
             tags = (*writer.tags, *_ALWAYS_LAST)
@@ -141,30 +161,44 @@ class Recorder:
             keep_until=self.model.time if goes_on else None,
         )
 
-    def _write(self, writer: OutputWriter) -> None:
+    def _take(self, writer: OutputWriter) -> Job:
+        """Copy what an output of the present step needs; the job writes its files."""
         model = self.model
-        arrays = {tag: make() for tag, make in self._arrays().items() if tag in writer.tags}
         # Numbered by the shorter interval, so that numbers grow when New_Interval sets in.
         k = model.n // min(self.model.output_interval, writer.interval)
-        writer.write(k, model.n, model.time, arrays, points=model.state.x)
+        n, time = model.n, model.time
+        arrays = {tag: _own(make()) for tag, make in self._arrays().items() if tag in writer.tags}
+        points = _own(model.state.x)
+        jobs: list[Job] = [lambda: writer.write(k, n, time, arrays, points=points)]
         if self._strain is not None:
-            field, strain_writer = self._strain
-            strain, stress = field.compute()
-            values: dict[str, NDArray[Any]] = {
-                "Strain": strain,
-                "Stress": stress,
-                "Particle_ID": field.particle_id,
-            }
-            strain_writer.write(k, model.n, model.time, values, points=field.points())
+            jobs.append(self._take_strain(*self._strain, k))
         if "Particle_Locations" in model.deck.output.tags:
-            bodies = model.particles
-            write_particle_locations(
-                writer.folder
-                / f"{writer.path(k).stem.replace('output', 'particle_locations')}.csv",
-                zone=[body.zone for body in bodies],
-                centre=np.array([body.center for body in bodies]),
-                radius=[body.bounding_radius for body in bodies],
-            )
+            stem = writer.path(k).stem.replace("output", "particle_locations")
+            jobs.append(self._take_locations(writer.folder / f"{stem}.csv"))
+
+        def write() -> None:
+            for job in jobs:
+                job()
+
+        return write
+
+    def _take_strain(self, field: StrainField, writer: OutputWriter, k: int) -> Job:
+        n, time = self.model.n, self.model.time
+        strain, stress = field.compute()
+        values: dict[str, NDArray[Any]] = {
+            "Strain": strain,
+            "Stress": stress,
+            "Particle_ID": field.particle_id,
+        }
+        points = _own(field.points())
+        return lambda: writer.write(k, n, time, values, points=points)
+
+    def _take_locations(self, path: Path) -> Job:
+        bodies = self.model.particles
+        zones = [body.zone for body in bodies]
+        centres = np.array([body.center for body in bodies])
+        radii = [body.bounding_radius for body in bodies]
+        return lambda: write_particle_locations(path, zone=zones, centre=centres, radius=radii)
 
     def _arrays(self) -> dict[str, Callable[[], NDArray[Any]]]:
         """How the nodal array of each output tag is made."""
@@ -183,3 +217,8 @@ class Recorder:
             "Damage": self.model.broken_fraction,
             "Theta": lambda: s.theta,
         }
+
+
+def _own(values: NDArray[Any]) -> NDArray[Any]:
+    """Return the values in memory that the next step does not touch."""
+    return values if values.flags.owndata else values.copy()

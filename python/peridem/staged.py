@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args
 
 import numpy as np
 
+from .background import BackgroundWriter
 from .bodies import BodyPlan
 from .build import BuiltModel, build_model
 from .checkpoint import Checkpoint, has_checkpoint, newest_checkpoint
@@ -77,6 +78,8 @@ class StagedModel(InteractionBuilder, ModelView):
         self._every_wanted: float | None = None
         self._time_step_from = "the deck"
         self._output_seconds = 0.0
+        self._background = BackgroundWriter()
+        self._stable_time_step = None
         self._restarts = False
         self._goes_on = False
 
@@ -213,7 +216,7 @@ class StagedModel(InteractionBuilder, ModelView):
         if self._dt_wanted is not None:
             self._time_step_from = "given"
             return self._dt_wanted
-        limits = self._core.stable_time_step()
+        limits = astuple(self.stable_time_step())
         limit = min(value for value in limits if value > 0)
         if not np.isfinite(limit):
             raise InputError(

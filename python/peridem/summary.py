@@ -9,12 +9,14 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
+from .memory import MemoryPrediction
 from .output import NODE_TAGS
 
 __all__ = [
     "bytes_text",
     "facts",
     "output_plan",
+    "prediction_text",
     "time_text",
     "timing_rows",
     "timing_table",
@@ -73,6 +75,18 @@ def facts(model: Any) -> Iterator[tuple[str, str]]:
             f" (of a full contact: {stable.contact:.3g} s)"
         ),
     )
+
+
+def prediction_text(prediction: MemoryPrediction) -> str:
+    """Say what a model was expected to take: all of it, and by zone where there are several."""
+    text = (
+        f"about {bytes_text(prediction.bytes)}, {prediction.nodes} nodes and "
+        f"{prediction.bonds / 2:.3g} bonds"
+    )
+    if len(prediction.zones) == 1:
+        return text
+    parts = (f"Zone_{part.zone + 1} {bytes_text(part.bytes)}" for part in prediction.zones)
+    return f"{text} ({', '.join(parts)})"
 
 
 def output_plan(model: Any) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .background import BackgroundWriter
 from .bodies import BodyPlan
 from .bonds import Bonds
 from .deck import Deck
@@ -32,6 +33,8 @@ class ModelView:
     stop_reason: str | None
     _initialized: bool
     _output_seconds: float
+    _background: BackgroundWriter
+    _stable_time_step: StableTimeStep | None
     _time_step_from: str
     _names: dict[str, Body | Bodies]
 
@@ -169,8 +172,16 @@ class ModelView:
 
     @property
     def timings(self) -> dict[str, float]:
-        """Wall-clock seconds spent in each stage."""
-        return {**self._core.timings(), "output": self._output_seconds}
+        """Wall-clock seconds spent in each stage.
+
+        ``output`` is the copying of states and what is written at once; vtu, csv and checkpoint
+        files are written in the background, for which the run has waited ``output_wait``.
+        """
+        return {
+            **self._core.timings(),
+            "output": self._output_seconds,
+            "output_wait": self._background.seconds_waited,
+        }
 
     @property
     def memory_bytes(self) -> int:
@@ -184,7 +195,9 @@ class ModelView:
         ``DEMModel::stableTimeStep``.
         """
         self.init()
-        return StableTimeStep(*self._core.stable_time_step())
+        if self._stable_time_step is None:  # it stays as it is: only the reference bonds count
+            self._stable_time_step = StableTimeStep(*self._core.stable_time_step())
+        return self._stable_time_step
 
     def contact_radius(self, p: int, q: int) -> float:
         """Contact radius Rc [m] of two bodies; an InputError when there is no such body."""

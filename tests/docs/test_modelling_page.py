@@ -15,7 +15,6 @@ PAGE = Path(__file__).parents[2] / "docs" / "modelling.md"
 def test_snippets_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("gmsh")
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
     snippets = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)

@@ -34,7 +34,6 @@ def test_impact_records_energy_and_broken_bonds(tmp_path: Path) -> None:
 
 
 def test_two_particles_rebound_less_with_damping(tmp_path: Path) -> None:
-    pytest.importorskip("gmsh")
     done = subprocess.run(
         [sys.executable, EXAMPLES / "two_particles.py", "--until", "1.5e-4", "--output", tmp_path],
         capture_output=True,
@@ -51,6 +50,25 @@ def test_two_particles_rebound_less_with_damping(tmp_path: Path) -> None:
     # Equal discs exchange their velocities; waves keep a part, damping takes more.
     assert 0 < much < 0.9 * little < 0.9 * free <= 0.9 * 1.01
     assert (tmp_path / "two_particles.png").stat().st_size > 10_000
+
+
+def test_shapes_meshes_and_draws_every_shape(tmp_path: Path) -> None:
+    picture = tmp_path / "shapes.png"
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / "shapes.py", "--output", picture],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    rows = [line.split() for line in done.stdout.splitlines()]
+    assert [row[0] for row in rows if row[0] in ("Circle", "Polyhedron")] == [
+        "Circle",
+        "Polyhedron",
+    ]
+    # No two nodes come nearer than the edges that the mesher collapses.
+    assert all(float(row[3]) > 0.25 for row in rows)
+    assert picture.stat().st_size > 10_000
 
 
 def test_examples_stay_short() -> None:

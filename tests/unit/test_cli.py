@@ -20,6 +20,7 @@ from peridem import __version__, cli, runlog
 from peridem.cli import DEMO_DECK
 from peridem.errors import InputError, NumericalError
 from peridem.interrupt import Terminated
+from peridem.memory import MemoryPrediction, ZoneMemory
 from peridem.model import DEMModel
 from peridem.output import OutputWriter, read_vtu
 from peridem.runlog import RunLog, show_progress
@@ -110,6 +111,8 @@ class FakeModel:
 @pytest.fixture
 def deck(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(cli, "DEMModel", FakeModel)
+    predicted = MemoryPrediction((ZoneMemory(0, 1, 3, 8.0, 7e3), ZoneMemory(1, 1, 3, 4.0, 5e3)))
+    monkeypatch.setattr(cli, "predict_memory", lambda _: predicted)
     path = tmp_path / "case" / "input.yaml"
     path.parent.mkdir()
     path.write_text("good")
@@ -290,6 +293,8 @@ def test_check_describes_the_deck_and_writes_nothing(deck: Path) -> None:
         "bodies: 2 (1 particles, 1 walls)",
         "nodes: 6",
         "memory: 12.3 kB",
+        "memory predicted before the bonds: about 12 kB, 6 nodes and 6 bonds "
+        "(Zone_1 7 kB, Zone_2 5 kB)",
         "time: 20 steps of 1e-06 s, up to 20 us",
         "stable time step: about 1e-05 s; the deck's is 0.1 times that",
         # 6 nodes, 5 files, 3 coordinates and 4 values of 8 bytes each
@@ -301,6 +306,19 @@ def test_check_describes_the_deck_and_writes_nothing(deck: Path) -> None:
     assert re.search(r"Zone_2 +wall +- +PMBBond +1 +3 +3 +0\.0002 +0\.0004 +2 ", out)
     assert "h [m]" in out and "horizon [m]" in out
     assert sorted(path.name for path in deck.parent.iterdir()) == ["input.yaml"]
+
+
+def test_check_refuses_a_deck_larger_than_the_machine_before_it_builds_bonds(
+    deck: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def init(self: FakeModel) -> None:
+        raise AssertionError("bonds are built")
+
+    monkeypatch.setattr(FakeModel, "init", init)
+    monkeypatch.setattr(cli, "machine_memory", lambda: 11_999.0)
+    result = peridem("check", deck)
+    assert result.exit_code == 2
+    assert "most of it Zone_1 with 3 nodes of about 3 neighbours" in result.stderr
 
 
 def test_demo_breaks_the_struck_grain_in_two(tmp_path: Path) -> None:

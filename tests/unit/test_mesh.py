@@ -113,6 +113,35 @@ def test_parameters_of_parametric_nodes_are_skipped(file):
     np.testing.assert_array_equal(read_mesh(file(content), 2).points, SQUARE)
 
 
+def test_large_mesh_is_read_and_its_bad_line_named(file):
+    """A file of several times the length that is looked at together, with lines on its borders."""
+    x, y = np.meshgrid(np.arange(120) / 7, np.arange(120) / 3)
+    points = np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()])
+    corner = (np.arange(119)[:, None] * 120 + np.arange(1, 120)).ravel()
+    quads = corner[:, None] + [0, 1, 121, 120]
+    text = msh2(points, [(3, nodes) for nodes in quads.tolist()])
+    assert len(text) > 5e5
+    mesh = read_mesh(file(text), 2)
+    np.testing.assert_array_equal(mesh.points, points)
+    np.testing.assert_array_equal(mesh.cells, quads - 1)
+    lines = text.split("\n")
+    for wrong in (5 + 11000, len(lines) - 1000):  # a node, an element, with one number too many
+        damaged = [*lines[:wrong], f"{lines[wrong]} 7", *lines[wrong + 1 :]]
+        with pytest.raises(InputError, match=rf"mesh.msh:{wrong + 1}: (node|element) line"):
+            read_mesh(file("\n".join(damaged)), 2)
+
+
+def test_node_numbers_with_gaps_are_those_of_the_elements(file):
+    """Sorted numbers with and without gaps, unsorted ones: always the same mesh."""
+    for numbers in ([1, 2, 3, 4], [7, 8, 9, 10], [1, 5, 6, 900], [4, 3, 2, 1]):
+        triangles = [(2, tuple(numbers[k] for k in nodes)) for nodes in ((0, 1, 2), (0, 2, 3))]
+        mesh = read_mesh(file(msh2(SQUARE, triangles, numbers)), 2)
+        assert mesh.cells.tolist() == [[0, 1, 2], [0, 2, 3]]
+        beyond = [(2, (numbers[0], numbers[1], max(numbers) + 1))]
+        with pytest.raises(InputError, match=rf"node {max(numbers) + 1} of the element does not"):
+            read_mesh(file(msh2(SQUARE, beyond, numbers)), 2)
+
+
 def test_other_elements_are_skipped(file):
     elements = [(15, (1,)), (1, (1, 2)), (3, (1, 2, 3, 4)), (1, (2, 3))]
     mesh = read_mesh(file(msh2(elements=elements)), 2)

@@ -16,19 +16,24 @@ struct Lps {
   Real break_limit;    // |s| above which a bond breaks; see breakLimit()
   bool tension_only;
 
-  // (10) theta = 3/m sum of r e J V
-  PERIDEM_INLINE Real dilatation(Real m, Real sum_r_e_w) const {
-    return m > 0 ? 3 / m * sum_r_e_w : 0;
+  // What the force is proportional to, from J and 1/r.
+  template <class T>
+  PERIDEM_INLINE static T weight(T J, T) {
+    return J;
   }
 
-  // Factors of (9) at a node: a = 3K/m - 15G/(3m) multiplies theta r, b = 15G/m multiplies e.
-  Real b(Real m) const { return 15 * shear_modulus / m; }
-  Real a(Real m) const { return 3 * bulk_modulus / m - b(m) / 3; }
+  // (10) theta = 3/m sum of r e J V
+  Real dilatationFactor(Real m) const { return m > 0 ? 3 / m : 0; }
 
-  // (9) T + T' = J(r/eps) [ r (theta a + theta' a') + e (b + b') ], along the deformed bond
+  // Factors of (9) at a node: a = 3K/m - 15G/(3m) multiplies theta r, b = 15G/m multiplies e.
+  Real b(Real m) const { return m > 0 ? 15 * shear_modulus / m : 0; }
+  Real a(Real m) const { return m > 0 ? 3 * bulk_modulus / m - b(m) / 3 : 0; }
+
+  // (9) T + T' = J(r/eps) [ r (theta a + theta' a') + e (b + b') ], along the deformed bond;
+  // J_r and J_e are J r and J e.
   template <class T>
-  PERIDEM_INLINE static T force(T r, T e, T theta_a_sum, T b_sum) {
-    return r * theta_a_sum + e * b_sum;
+  PERIDEM_INLINE static T force(T J_r, T J_e, T theta_a_sum, T b_sum) {
+    return multiplyAdd(J_r, theta_a_sum, J_e * b_sum);
   }
 
   // Positive where the bond breaks: |s| r - s_limit r

@@ -14,10 +14,16 @@ struct Pmb {
   Real break_limit;  // infinity: the bond never breaks (PDElasticBond)
   bool tension_only;
 
-  // f = J c s, s = e / r, e = |y| - r
+  // What the force is proportional to, from J and 1/r.
   template <class T>
-  PERIDEM_INLINE T force(T r, T e) const {
-    return c * e / r;
+  PERIDEM_INLINE static T weight(T J, T inverse_r) {
+    return J * inverse_r;
+  }
+
+  // f = w c e, w = J / r: f = J c s, s = e / r, e = |y| - r
+  template <class T>
+  PERIDEM_INLINE T force(T e, T) const {
+    return c * e;
   }
 
   template <class T>

@@ -1,4 +1,5 @@
 // RNPBond: regularised nonlinear bond with a softening potential (Lipton 2014, 2016).
+// T is a number or eight lanes of them; q = 1 / r, s = (u_j - u_i) . xi / r^2 = e / r.
 #pragma once
 
 #include "../fuzzy.h"
@@ -15,24 +16,28 @@ struct Rnp {
   Real break_factor;     // Check_Sc_Factor; infinity when fracture is reversible
   bool tension_only;
 
-  // f = J 4 s C beta exp(-beta r s^2) / F with s = e / r, e = (u_j - u_i) . xi / r;
-  // along the reference bond
+  // What the force is proportional to, from J and 1/r.
   template <class T>
-  PERIDEM_INLINE T force(T r, T e) const {
-    const T s = e / r;
-    return four_c_beta_by_f * s * exponential(-beta * r * s * s);
+  PERIDEM_INLINE static T weight(T J, T) {
+    return J;
+  }
+  // f = w 4 s C beta exp(-beta r s^2) / F, w = J, along the reference bond; e = s r
+  template <class T>
+  PERIDEM_INLINE T force(T e, T s) const {
+    return four_c_beta_by_f * s * exponential(-beta * (s * e));
   }
 
-  // |s| > factor sc, sc = sqrt(1 / (2 beta r)), in the fuzzy comparison solved for |s|
+  // |s| > factor sc, sc = sqrt(1 / (2 beta r)), in the fuzzy comparison solved for |s|; squared
   template <class T>
-  PERIDEM_INLINE T excess(T r, T e) const {
+  PERIDEM_INLINE T excess(T q, T s) const {
     const Real limit = break_factor * sc_times_sqrt_r / (1 - fuzzy_tolerance);
-    return (tension_only ? e : magnitude(e)) - limit * squareRoot(r);
+    return (tension_only ? s : magnitude(s)) * magnitude(s) - limit * limit * q;
   }
 
+  // |s| / sc
   template <class T>
-  PERIDEM_INLINE T damage(T r, T e) const {
-    return magnitude(e) / (sc_times_sqrt_r * squareRoot(r));
+  PERIDEM_INLINE T damage(T q, T s) const {
+    return magnitude(s) / (sc_times_sqrt_r * squareRoot(q));
   }
 };
 

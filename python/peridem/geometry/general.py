@@ -73,11 +73,14 @@ class Region(_Cached, Shape):
         import shapely
 
         tolerance = MARGIN + FUZZ * self.bounding_radius
-        found = shapely.points(np.where(np.isfinite(points[:, :2]), points[:, :2], np.inf))
-        if not strict:
-            return np.asarray(shapely.distance(self._polygon, found) <= tolerance)
-        within = shapely.contains_properly(self._polygon, found)
-        return np.asarray(within & (shapely.distance(self._polygon.boundary, found) > tolerance))
+        found = _near(self, points[:, :2], tolerance)
+        near = shapely.points(points[found, :2])
+        if strict:
+            edge = shapely.distance(self._polygon.boundary, near)
+            found[found] = shapely.contains_properly(self._polygon, near) & (edge > tolerance)
+        else:
+            found[found] = shapely.distance(self._polygon, near) <= tolerance
+        return found
 
     def boundary(self) -> FloatArray:
         return join_loops([np.vstack([loop, loop[:1]]) for loop in (self.outline, *self.holes)])
@@ -111,6 +114,8 @@ class Solid(_Cached, Shape):
         a, b, c = ((self.points - origin)[self.triangles[:, k]] for k in range(3))
         volumes = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
         total = float(volumes.sum())
+        if total == 0.0:
+            return total, origin
         return total, origin + (volumes @ (a + b + c)) / (4.0 * total)
 
     @property
@@ -153,15 +158,13 @@ class Solid(_Cached, Shape):
         from vtkmodules.vtkCommonCore import vtkDoubleArray
 
         tolerance = MARGIN + FUZZ * self.bounding_radius
-        lower, upper = self.box
-        near = ((points >= lower - tolerance) & (points <= upper + tolerance)).all(axis=1)
-        found = np.zeros(len(points), dtype=bool)
-        if near.any():
+        found = _near(self, points, tolerance)
+        if found.any():
             result = vtkDoubleArray()
-            given = np.ascontiguousarray(points[near])
+            given = np.ascontiguousarray(points[found])
             self._distance.FunctionValue(_arrays().numpy_to_vtk(given), result)  # negative inside
             distance = _arrays().vtk_to_numpy(result)
-            found[near] = distance < -tolerance if strict else distance <= tolerance
+            found[found] = distance < -tolerance if strict else distance <= tolerance
         return found
 
     def boundary(self) -> FloatArray:
@@ -174,6 +177,12 @@ class Solid(_Cached, Shape):
             loops += [np.asarray(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)]
         z = self.points[:, 2].min()
         return join_loops([np.column_stack([loop, np.full(len(loop), z)]) for loop in loops])
+
+
+def _near(shape: Shape, points: FloatArray, tolerance: float) -> BoolArray:
+    """Tell which points, of two or three coordinates, lie in the box of a shape."""
+    lower, upper = (corner[: points.shape[1]] for corner in shape.box)
+    return np.asarray(((points >= lower - tolerance) & (points <= upper + tolerance)).all(axis=1))
 
 
 def _arrays() -> Any:

@@ -11,6 +11,7 @@ from .data import CELL_TYPES_OF, CellType, Mesh, RawMesh
 _COINCIDENT = 1e-9  # of the mesh's diagonal
 _FLAT = 1e-9  # of the mesh's diagonal
 _FARTHEST = 1e100  # [m]; beyond, squares of distances overflow
+_CHUNK = 1 << 14  # elements measured together: their corners stay in the cache
 _DEGENERATE = 1e-10  # of the longest edge to the power of the dimension
 
 
@@ -169,6 +170,16 @@ def _measure(
     points: NDArray[np.float64], cell_type: CellType, cells: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Length, area or volume of each element and the longest distance from its node 0."""
+    parts = [
+        _measure_some(points, cell_type, cells[start : start + _CHUNK])
+        for start in range(0, max(len(cells), 1), _CHUNK)
+    ]
+    return np.concatenate([size for size, _ in parts]), np.concatenate([edge for _, edge in parts])
+
+
+def _measure_some(
+    points: NDArray[np.float64], cell_type: CellType, cells: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     corner = points[cells]
     arms = corner[:, 1:] - corner[:, :1]
     edge = np.linalg.norm(arms, axis=2).max(axis=1)

@@ -115,7 +115,7 @@ def _read_msh(file: Path, content: bytes) -> RawMesh:
     if version.startswith(b"2"):
         if binary:
             return read_msh2_binary(content, str(file))
-        return read_msh2(content.decode("utf-8", errors="replace"), str(file))
+        return read_msh2(content, str(file))
     if version in (b"4", b"4.1"):
         return read_msh41(content, str(file), binary=binary)
     raise InputError(

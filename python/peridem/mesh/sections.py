@@ -138,18 +138,22 @@ def places(
     InputError
         If two nodes have the same number or an element names one that does not exist.
     """
-    order = np.argsort(tags, kind="stable")
-    ordered = tags[order]
+    if not len(tags):
+        return wanted  # a mesh without nodes is refused later
+    ordered, order = _in_order(tags)
     twice = np.flatnonzero(ordered[1:] == ordered[:-1])
     if len(twice):
         raise InputError(
             f"{source}: node number {ordered[twice[0]]} is given twice: numbers must differ; "
             "write the mesh again"
         )
-    if not len(tags):
-        return wanted  # a mesh without nodes is refused later
-    at = np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)
-    missing = ordered[at] != wanted
+    lowest = int(ordered[0])
+    if int(ordered[-1]) - lowest == len(tags) - 1:  # without gaps: a number says its place
+        missing = (wanted < lowest) | (wanted > ordered[-1])
+        at = np.where(missing, 0, wanted - lowest) if missing.any() else wanted - lowest
+    else:
+        at = np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)
+        missing = ordered[at] != wanted
     if missing.any():
         k = int(np.flatnonzero(missing.any(axis=1))[0])
         line = "" if line_numbers is None else f":{line_numbers[k]}"
@@ -157,7 +161,15 @@ def places(
             f"{source}{line}: node {wanted[k][missing[k]][0]} of the element does not exist: the "
             f"file has {len(tags)} nodes; write the mesh again"
         )
-    return np.asarray(order[at], dtype=np.int64)
+    return at if order is None else np.asarray(order[at], dtype=np.int64)
+
+
+def _in_order(tags: IntArray) -> tuple[IntArray, IntArray | None]:
+    """Return sorted node numbers and their places; None for the places when sorted already."""
+    if np.all(tags[1:] >= tags[:-1]):
+        return tags, None
+    order = np.argsort(tags, kind="stable")
+    return tags[order], order
 
 
 def gather(tags: IntArray, blocks: list[tuple[str, IntArray]], source: str) -> dict[str, IntArray]:

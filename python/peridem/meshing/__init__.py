@@ -2,7 +2,7 @@
 
 from ..mesh.writer import write_msh
 from .cache import cache_folder, clear_cache
-from .generate import MOST_NODES, mesh_shape
+from .make import MOST_NODES, mesh_shape
 from .quality import MeshQuality, MeshWarning, mesh_quality, nodal_volumes
 
 __all__ = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import io
 import os
 import tempfile
 import threading
@@ -117,7 +118,8 @@ def _file(key: Key) -> Path | None:
 def _read(file: Path) -> Mesh | None:
     """Read a mesh; None if there is none or the file is damaged, which a checksum tells."""
     try:
-        with np.load(file, allow_pickle=False) as stored:
+        content = io.BytesIO(file.read_bytes())
+        with np.load(content, allow_pickle=False) as stored:
             points, cells = stored["points"], stored["cells"]
             cell_type, source = str(stored["cell_type"]), str(stored["source"])
             if str(stored["checksum"]) != _checksum(points, cells, cell_type):

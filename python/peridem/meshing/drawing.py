@@ -19,6 +19,7 @@ _SHARP = math.radians(40.0)
 """Angle between triangles from which their common edge is one of the body."""
 
 _MOST_FACES = 2000
+_FEWEST_TRIANGLES = 200
 
 Entities = list[tuple[int, int]]
 """Dimension and number of each."""
@@ -56,6 +57,8 @@ def draw_surface(gmsh: Any, points: FloatArray, triangles: NDArray[np.int64]) ->
 
     The surface is cut at its sharp edges and into pieces that can be laid flat.
     """
+    while len(triangles) < _FEWEST_TRIANGLES:  # with few, gmsh's search for pieces can be endless
+        points, triangles = _subdivided(points, triangles)
     model = gmsh.model
     surface = model.addDiscreteEntity(2)
     model.mesh.addNodes(2, surface, np.arange(1, len(points) + 1), points.ravel())
@@ -65,6 +68,18 @@ def draw_surface(gmsh: Any, points: FloatArray, triangles: NDArray[np.int64]) ->
     loop = model.geo.addSurfaceLoop([tag for _, tag in model.getEntities(2)])
     model.geo.addVolume([loop])
     model.geo.synchronize()
+
+
+def _subdivided(
+    points: FloatArray, triangles: NDArray[np.int64]
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Cut every triangle into four at the middles of its edges."""
+    sides = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    edges, place = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
+    middles = 0.5 * (points[edges[:, 0]] + points[edges[:, 1]])
+    (a, b, c), (ab, bc, ca) = triangles.T, len(points) + place.reshape(3, -1)
+    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.vstack([points, middles]), np.vstack([np.column_stack(part) for part in parts])
 
 
 def _drawn(occ: Any, geometry: Shape) -> Entities:

@@ -1,9 +1,7 @@
-"""From a shape and a node distance to a mesh."""
+"""Meshes and regions of shapes by gmsh, in this process."""
 
 from __future__ import annotations
 
-import math
-import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,73 +13,15 @@ from ..geometry.base import FloatArray
 from ..mesh import Mesh
 from ..mesh.checks import checked_mesh
 from ..mesh.data import RawMesh
-from . import cache as kept
-from .quality import MeshWarning, mesh_quality
-from .session import gmsh_model, gmsh_version, set_options
+from .session import gmsh_model, is_discrete, set_options, start_model
 from .short import collapse_short_edges
 from .thin import SMALLEST_SHARE, local_size, set_sizes
 
 if TYPE_CHECKING:
     from ..shapes.base import BodyShape
 
-MOST_NODES = 2_000_000
-"""More nodes than this are refused, unless `mesh_shape` is told otherwise."""
-
-_VOLUME_OF_NODE = {2: math.sqrt(0.75), 3: math.sqrt(0.5)}
-"""Nodal volume of the densest packing with node distance 1: triangular, fcc."""
-
 _KIND = {2: 2, 3: 4}
 """gmsh's number of the triangle and the tetrahedron, by dimension."""
-
-
-def mesh_shape(
-    shape: BodyShape, mesh_size: float, *, cache: bool = True, most_nodes: int = MOST_NODES
-) -> Mesh:
-    """Mesh a shape evenly: triangles in 2D, tetrahedra in 3D.
-
-    Where the shape is thinner than two node distances, nodes lie closer: three across, down to
-    a third of `mesh_size`.
-
-    Parameters
-    ----------
-    shape : BodyShape
-        What to mesh, such as ``peridem.Circle(radius=1e-3)``.
-    mesh_size : float
-        Distance [m] that neighbouring nodes should have.
-    cache : bool
-        Take the mesh from the cache, in memory or on disk, when it was made before.
-    most_nodes : int
-        Meshes that would have more nodes than this are refused.
-
-    Returns
-    -------
-    Mesh
-        The same nodes in the same order every time.
-
-    Raises
-    ------
-    InputError
-        If the size is not positive, larger than the shape or gives too many nodes, if gmsh is
-        not installed or cannot mesh the shape.
-
-    Warns
-    -----
-    MeshWarning
-        If nodes are so uneven that a run would suffer; see `mesh_quality`.
-    """
-    size = _checked_size(shape, mesh_size, most_nodes)
-    key = kept.mesh_key(shape.key, size, gmsh_version()) if cache else None
-    found = kept.find_in_memory(key)
-    if found is not None:
-        return found
-    found = kept.find_on_disk(key)
-    if found is None:
-        found = kept.read_only(_generate(shape, size))
-        kept.write_to_disk(key, found)
-    kept.remember(key, found)
-    for text in mesh_quality(found).warnings:
-        warnings.warn(text, MeshWarning, stacklevel=3)
-    return found
 
 
 def region_of_drawing(shape: BodyShape) -> Geometry:
@@ -107,29 +47,6 @@ def region_of_drawing(shape: BodyShape) -> Geometry:
     points = drawing.placed(coordinates.reshape(-1, 3)[order])
     numbers = np.searchsorted(tags[order].astype(np.int64), np.vstack(edges))
     return region_of_edges(points, numbers, name)
-
-
-def _checked_size(shape: BodyShape, mesh_size: float, most_nodes: int) -> float:
-    from ..shapes.base import length
-
-    name = type(shape).__name__
-    size = length(name, "mesh_size", mesh_size)
-    geometry, d = shape.geometry, shape.dimension
-    if size > geometry.bounding_radius:
-        raise InputError(
-            f"{name}: mesh_size = {size:g}: must be below the bounding radius "
-            f"{geometry.bounding_radius:g} m of the shape, better a tenth of it; use "
-            f"{geometry.bounding_radius / 10:.2g}"
-        )
-    volume = geometry.volume
-    nodes = volume / (_VOLUME_OF_NODE[d] * size**d)
-    if nodes > most_nodes:
-        coarser = (volume / (_VOLUME_OF_NODE[d] * most_nodes)) ** (1.0 / d)
-        raise InputError(
-            f"{name}: mesh_size = {size:g}: gives about {nodes:.2g} nodes: at most {most_nodes} "
-            f"are made; use {coarser:.2g} m or more"
-        )
-    return size
 
 
 @dataclass(frozen=True)
@@ -166,7 +83,21 @@ class Drawing:
         return np.asarray((points - self.offset) / self.scale)
 
 
-def _generate(shape: BodyShape, size: float) -> Mesh:
+def generate(shape: BodyShape, size: float) -> Mesh:
+    """Mesh a shape with gmsh in this process; `mesh_shape` checks, keeps and isolates.
+
+    Parameters
+    ----------
+    shape : BodyShape
+        What to mesh.
+    size : float
+        Node distance [m].
+
+    Raises
+    ------
+    InputError
+        If gmsh cannot mesh it.
+    """
     source = f"{type(shape).__name__} meshed with mesh_size = {size:g} m"
     with gmsh_model() as gmsh:
         drawing = _drawn(gmsh, shape)
@@ -176,6 +107,7 @@ def _generate(shape: BodyShape, size: float) -> Mesh:
         sizes = local_size(mesh, size)
         if sizes.thin:
             wanted = sizes(mesh.points) / drawing.scale
+            drawing = _drawn(gmsh, shape)  # anew: gmsh can hang when told to forget a mesh
             view = set_sizes(gmsh, drawing.drawn(mesh.points)[mesh.cells], wanted[mesh.cells])
             _generate_uniform(drawing, step)
             gmsh.view.remove(view)
@@ -188,8 +120,11 @@ def _drawn(gmsh: Any, shape: BodyShape) -> Drawing:
     name = type(shape).__name__
     try:
         drawable, scale, offset = shape.drawable()
+        start_model(gmsh)
         drawable.draw(gmsh)
         set_options(gmsh)
+        if is_discrete(gmsh):  # curvature means nothing on facets
+            gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 0)
         dimension = int(gmsh.model.getDimension())
         box = np.array(gmsh.model.getBoundingBox(-1, -1)) if dimension >= 2 else np.zeros(6)
     except InputError:
@@ -209,7 +144,6 @@ def _generate_uniform(drawing: Drawing, size: float) -> None:
     gmsh = drawing.gmsh
     _set_limits(gmsh, SMALLEST_SHARE * size, size)
     try:
-        gmsh.model.mesh.clear()
         gmsh.model.mesh.generate(drawing.dimension)
     except Exception as error:  # gmsh raises bare Exception
         raise InputError(

@@ -16,8 +16,8 @@ FloatArray = NDArray[np.float64]
 SMALLEST_VOLUME = 0.01
 """A run refuses a nodal volume below this times h^d, h being the smallest node distance."""
 
-UNEVEN = 0.4
-"""Smallest over median node distance, below which a mesh is called uneven."""
+UNEVEN = 0.3
+"""Smallest node distance over that of most nodes, below which a mesh is called uneven."""
 
 POOR = 0.1
 """Quality of an element below which it is called poor."""
@@ -212,7 +212,7 @@ def _warnings(
     mesh: Mesh, volumes: FloatArray, distances: FloatArray, elements: FloatArray, dimension: int
 ) -> list[str]:
     found = []
-    h, median = float(distances.min()), float(np.median(distances))
+    h, usual = float(distances.min()), float(np.quantile(distances, 0.9))
     node = int(np.argmin(volumes))
     if not volumes[node] >= SMALLEST_VOLUME * h**dimension:
         found.append(
@@ -221,12 +221,12 @@ def _warnings(
             f"smallest node distance h = {h:.3g} m: a run will refuse the mesh; use a smaller "
             "mesh size, or blunt sharp corners"
         )
-    if h < UNEVEN * median:
+    if h < UNEVEN * usual:
         node = int(np.argmin(distances))
         place = ", ".join(f"{x:.4g}" for x in mesh.points[node])
         found.append(
             f"{mesh.source}: node {node} (counted from 0) at ({place}): distance to the next = "
-            f"{h:.3g} m: below {UNEVEN} times the median {median:.3g}: contact radius, mesh size "
+            f"{h:.3g} m: below {UNEVEN} times the usual {usual:.3g}: contact radius, mesh size "
             "and time step follow the smallest distance; use a smaller mesh size, or leave out "
             "details smaller than it"
         )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import functools
 import importlib
 import importlib.metadata
+import signal
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -15,6 +17,7 @@ from ..errors import InputError
 _LIBRARIES = "libglu1-mesa libgl1 libxcursor1 libxft2 libxinerama1"
 _LOCK = threading.RLock()  # gmsh has one state for the whole process
 _MODEL = "peridem"
+_SIGACTION = 1024  # bytes, more than a struct sigaction has anywhere
 
 _OPTIONS: dict[str, float] = {
     "General.Terminal": 0,
@@ -89,13 +92,14 @@ def gmsh_model() -> Iterator[Any]:
     with _LOCK:
         was_open = bool(gmsh.isInitialized())
         if not was_open:
-            # interruptible would take Ctrl-C away from Python
-            gmsh.initialize([], readConfigFiles=False, run=False, interruptible=False)
+            with _same_signals():
+                # interruptible would take Ctrl-C away from Python
+                gmsh.initialize([], readConfigFiles=False, run=False, interruptible=False)
         before = {name: gmsh.option.getNumber(name) for name in _OPTIONS} if was_open else {}
         current = gmsh.model.getCurrent() if was_open else ""
         try:
             set_options(gmsh)
-            gmsh.model.add(_MODEL)
+            start_model(gmsh)
             yield gmsh
         finally:
             if was_open:
@@ -104,10 +108,41 @@ def gmsh_model() -> Iterator[Any]:
                 gmsh.finalize()
 
 
+def start_model(gmsh: Any) -> None:
+    """Start with an empty model."""
+    if _MODEL in gmsh.model.list():
+        gmsh.model.setCurrent(_MODEL)
+        gmsh.model.remove()
+    gmsh.model.add(_MODEL)
+
+
 def set_options(gmsh: Any) -> None:
     """Set our options, which a drawing may have changed."""
     for name, value in _OPTIONS.items():
         gmsh.option.setNumber(name, value)
+
+
+def is_discrete(gmsh: Any) -> bool:
+    """Tell whether the current model has surfaces of triangles rather than drawn ones."""
+    kinds = {gmsh.model.getType(*entity) for entity in gmsh.model.getEntities()}
+    return any(kind.startswith("Discrete") for kind in kinds)
+
+
+@contextlib.contextmanager
+def _same_signals() -> Iterator[None]:
+    """Keep what the system does on signals; gmsh resets SIGPIPE and those of faulthandler."""
+    try:
+        sigaction = ctypes.CDLL(None).sigaction
+    except (OSError, AttributeError, TypeError):  # not a POSIX system
+        yield
+        return
+    before = {number: ctypes.create_string_buffer(_SIGACTION) for number in signal.valid_signals()}
+    known = {n: buffer for n, buffer in before.items() if sigaction(n, None, buffer) == 0}
+    try:
+        yield
+    finally:
+        for number, buffer in known.items():
+            sigaction(number, buffer, None)
 
 
 def _put_back(gmsh: Any, options: dict[str, float], current: str) -> None:

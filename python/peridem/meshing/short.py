@@ -16,7 +16,7 @@ IntArray = NDArray[np.int64]
 SHORT = 0.4
 """Edges shorter than this times the local node distance are collapsed."""
 
-SHORTEST = 0.2
+SHORTEST = 0.25
 """Edges shorter than this times the largest node distance are collapsed, thin places or not."""
 
 _PASSES = 5
@@ -101,7 +101,7 @@ def _face_edges(faces: IntArray) -> IntArray:
 def _place(
     points: FloatArray, around: IntArray, a: int, b: int, on_boundary: NDArray[np.bool_]
 ) -> FloatArray | None:
-    """Best place of the node that two become, None if every place spoils elements."""
+    """Place of the node that two become that changes the body least; None if all spoil elements."""
     has_a, has_b = (around == a).any(axis=1), (around == b).any(axis=1)
     both = has_a & has_b
     shared = set(np.unique(around[has_a])) & set(np.unique(around[has_b]))
@@ -113,11 +113,22 @@ def _place(
         places = [points[a] if on_boundary[a] else points[b]]
     rest = around[~both]
     before = simplex_quality(points[rest])
-    best, found = min(_GOOD, 0.5 * float(np.abs(before).min(initial=1.0))), None
+    limit = min(_GOOD, 0.5 * float(np.abs(before).min(initial=1.0)))
+    least, found = np.inf, None
     for place in places:
         corner = points[rest].copy()
         corner[(rest == a) | (rest == b)] = place
         quality = float((simplex_quality(corner) * np.sign(before)).min(initial=1.0))
-        if quality > best:
-            best, found = quality, place.copy()
+        lost = abs(_volume(corner) - _volume(points[around]))
+        if quality > limit and lost < least:  # corners and edges of the body stay
+            least, found = lost, place.copy()
     return found
+
+
+def _volume(corner: FloatArray) -> float:
+    """Area or volume of elements, up to a factor."""
+    arms = corner[:, 1:] - corner[:, :1]
+    cross = np.cross(arms[:, 0], arms[:, 1])
+    if corner.shape[1] == 3:
+        return float(np.abs(cross[:, 2]).sum())
+    return float(np.abs(np.einsum("ij,ij->i", cross, arms[:, 2])).sum())

@@ -17,12 +17,16 @@ IntArray = NDArray[np.int64]
 ACROSS = 3
 """Nodes wanted across a thin place."""
 
-SMALLEST_SHARE = 0.3
-"""Smallest local node distance, by the mesh size: the time step of the body shrinks with it."""
+SMALLEST_SHARE = 0.5
+"""Smallest local node distance, by the mesh size.
+
+The smallest distance of all bodies sets contact radius and time step of a run, so that a thin
+place must not be meshed as finely as it would like to be.
+"""
 
 _THIN = 0.95  # of the mesh size, from which nodes lie closer
 _GROWTH = 0.4  # of the local node distance, by the distance from a thin place
-_OPPOSED = -0.7  # cosine between the normals of both sides; a tip of 45 degrees has it
+_OPPOSED = -0.9  # cosine between the normals of both sides; a tip of 26 degrees has it
 _ACROSS = 0.25  # cosine between an edge and the normals, from which it leads across
 
 
@@ -119,9 +123,9 @@ def thin_places(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    places : ndarray, shape (k, 3)
-        Middle of each such edge [m].
-    thickness : ndarray, shape (k,)
+    places : ndarray, shape (3 k, 3)
+        Ends and middle of each such edge [m].
+    thickness : ndarray, shape (3 k,)
         Thickness of the body there [m].
     """
     cells = mesh.cells.astype(np.int64)
@@ -141,8 +145,9 @@ def thin_places(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
     through /= np.linalg.norm(through, axis=1)[:, None]
     thickness = np.einsum("ij,ij->i", edge, through)
     leads_across = thickness > _ACROSS * np.linalg.norm(edge, axis=1)
-    middle = 0.5 * (mesh.points[a] + mesh.points[b])
-    return middle[leads_across], thickness[leads_across]
+    ends = mesh.points[a[leads_across]], mesh.points[b[leads_across]]
+    places = np.vstack([*ends, 0.5 * (ends[0] + ends[1])])
+    return places, np.tile(thickness[leads_across], 3)
 
 
 def outer_faces(points: FloatArray, cells: IntArray) -> tuple[IntArray, FloatArray]:

@@ -3,6 +3,7 @@
 from .base import BodyShape
 from .composite import Composite
 from .deck import DeckShape
+from .differences import CuboidMinusCuboid, RectangleMinusRectangle
 from .files import GmshGeometry, MeshFile
 from .plane import (
     Annulus,
@@ -28,6 +29,7 @@ __all__ = [
     "ConcaveHexagon",
     "Cube",
     "Cuboid",
+    "CuboidMinusCuboid",
     "Cylinder",
     "DeckShape",
     "Ellipse",
@@ -37,6 +39,7 @@ __all__ = [
     "Polygon",
     "Polyhedron",
     "Rectangle",
+    "RectangleMinusRectangle",
     "Sphere",
     "Square",
     "Surface",

@@ -55,7 +55,7 @@ class NamedArguments(ABCMeta):
             )
         for name in kwargs:
             if name not in names:
-                near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+                near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
                 remedy = f"did you mean {near[0]}?" if near else f"write {call}"
                 raise InputError(f"{cls.__name__}: {name}: no such argument; {remedy}")
         for field in fields:
@@ -154,6 +154,11 @@ class BodyShape(metaclass=NamedArguments):
         from ..meshing import mesh_shape
 
         return mesh_shape(self, mesh_size, cache=cache)
+
+    @property
+    def is_portable(self) -> bool:
+        """Whether another process can draw it."""
+        return True
 
     def draw(self, gmsh: Any) -> None:
         """Draw the shape in the current model of gmsh, for the mesher."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from ..errors import InputError
@@ -11,7 +12,6 @@ from ..geometry import Shape as Geometry
 from ..geometry import make_shape
 from ..geometry.composite import Complex
 from .base import BodyShape
-from .deck import DeckShape
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -48,7 +48,7 @@ class Composite(BodyShape):
             raise InputError("Composite: members: plane shapes and solids cannot be put together")
         self._set(members=members, signs=signs)
 
-    @property
+    @cached_property
     def geometry(self) -> Geometry:
         """The region of space it fills; its volume is that of the members with their signs.
 
@@ -60,9 +60,10 @@ class Composite(BodyShape):
     @property
     def deck_keys(self) -> dict[str, Any] | None:
         """Keys of a ``complex`` shape; None when a member is no shape of decks."""
-        parts = [member.full_keys for member in self.members if isinstance(member, DeckShape)]
-        if len(parts) < len(self.members):
+        known = [member for member in self.members if hasattr(member, "full_keys")]
+        if len(known) < len(self.members):
             return None
+        parts: list[dict[str, Any]] = [member.full_keys for member in known]
         keys = {
             "Type": "complex",
             "Parameters": [value for part in parts for value in part["Parameters"]],

@@ -6,6 +6,7 @@ import dataclasses
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 from ..errors import InputError
@@ -53,7 +54,7 @@ class DeckShape(BodyShape):
         plain = short and self.center == (0.0, 0.0, 0.0)
         return {"Type": self._type, "Parameters": short if plain else full}
 
-    @property
+    @cached_property
     def geometry(self) -> Geometry:
         """The region of space it fills: centre, bounding radius, box, area, points inside."""
         keys = self.deck_keys

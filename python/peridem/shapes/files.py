@@ -179,7 +179,7 @@ class GmshGeometry(BodyShape):
     @cached_property
     def geometry(self) -> Geometry:
         """The region of space it fills, curved surfaces in fine steps."""
-        from ..meshing.generate import region_of_drawing
+        from ..meshing.make import region_of_drawing
 
         return region_of_drawing(self)
 
@@ -188,15 +188,23 @@ class GmshGeometry(BodyShape):
         x, y, z = self.offset
         return self, float(self.unit), (x, y, z)
 
+    @property
+    def is_portable(self) -> bool:
+        """Whether another process can draw it: a file, not a function."""
+        return not callable(self.source)
+
     def draw(self, gmsh: Any) -> None:
         """Draw the shape in the current model of gmsh, for the mesher."""
+        from ..meshing.session import is_discrete
+
         if callable(self.source):
             self.source(gmsh)
         else:
             gmsh.merge(str(Path(self.source).absolute()))
         gmsh.model.geo.synchronize()
         gmsh.model.occ.synchronize()
-        gmsh.model.mesh.clear()
+        if not is_discrete(gmsh):
+            gmsh.model.mesh.clear()  # that of the drawing; surfaces of triangles need theirs
 
     def scaled(self, factor: float) -> GmshGeometry:
         """Return the shape scaled about the origin by `factor` (positive)."""

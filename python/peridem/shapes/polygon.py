@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,7 @@ class Polygon(BodyShape):
             points=_tuples(r * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles]))
         )
 
-    @property
+    @cached_property
     def geometry(self) -> Region:
         """The region of space it fills: centre (centroid), bounding radius, area, and so on."""
         outline = np.array(self.points)
@@ -133,12 +134,13 @@ def _check_valid(outer: FloatArray, holes: list[FloatArray]) -> None:
     from shapely.validation import explain_validity
 
     polygon = shapely.Polygon(outer[:, :2], [hole[:, :2] for hole in holes])
-    if not polygon.is_valid:
-        reason = explain_validity(polygon).replace("[", " at (").replace("]", ")")
-        raise InputError(
-            f"Polygon: points: {reason}: edges must not cross or touch, and holes must lie "
-            "inside and apart; list the corners in order around the shape"
-        )
     size = float(np.ptp(outer, axis=0).max())
-    if not polygon.area > _COINCIDENT * size**2:
+    if not polygon.convex_hull.area > _COINCIDENT * size**2:
         raise InputError("Polygon: points: the corners lie on a line: there is no area; move one")
+    if not polygon.is_valid:
+        what, _, place = explain_validity(polygon).rstrip("]").partition("[")
+        raise InputError(
+            f"Polygon: points: {what.lower()} at ({', '.join(place.split())}): edges must not "
+            "cross or touch, and holes must lie inside and apart; list the corners in order "
+            "around the shape"
+        )

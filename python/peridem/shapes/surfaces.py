@@ -194,8 +194,8 @@ def faces_of(where: str, faces: Sequence[Sequence[int]], n_points: int) -> Faces
         if rule:
             raise InputError(f"{where}: faces[{k}] = {face!r:.60}: {rule}; correct the face")
         result.append(corners)
-    if len(result) < 4:
-        raise InputError(f"{where}: {len(result)} faces: a solid has at least 4; add the others")
+    if not result:
+        raise InputError(f"{where}: has no faces; give those of a closed surface")
     return tuple(result)
 
 
