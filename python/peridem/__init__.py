@@ -9,7 +9,7 @@ import os
 # GCC's OpenMP, several ms, slows a machine down that has other work; it is read when _core loads.
 os.environ.setdefault("GOMP_SPINCOUNT", "10000")
 
-from . import calibrate, packing, recorders
+from . import calibrate, packing, plot, recorders
 from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck
@@ -87,6 +87,7 @@ __all__ = [
     "diagnostics",
     "mesh_quality",
     "packing",
+    "plot",
     "read_deck",
     "recorders",
     "sample",

@@ -24,11 +24,15 @@ def torn(snapshot: Snapshot, cells: NDArray[Any]) -> NDArray[np.bool_]:
     moved = snapshot.fields.get("Displacement")
     if moved is None or not len(cells):
         return np.zeros(len(cells), dtype=bool)
-    now, before = snapshot.points, snapshot.points - moved
+    now, moves = snapshot.points[cells], moved[cells]
     found = np.zeros(len(cells), dtype=bool)
     for i, j in combinations(range(cells.shape[1]), 2):
-        a, b = cells[:, i], cells[:, j]
-        length = np.linalg.norm(now[a] - now[b], axis=1)
+        edge = now[:, i] - now[:, j]
+        before = edge - (moves[:, i] - moves[:, j])
         with np.errstate(invalid="ignore"):
-            found |= ~(length <= TORN * np.linalg.norm(before[a] - before[b], axis=1))
+            found |= ~(_square(edge) <= TORN**2 * _square(before))
     return found
+
+
+def _square(vectors: NDArray[Any]) -> NDArray[Any]:
+    return np.asarray(np.einsum("ij,ij->i", vectors, vectors))
