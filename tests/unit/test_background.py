@@ -154,8 +154,9 @@ def test_files_are_those_written_at_once(
     DEMModel.from_deck(deck, threads=1).run(tmp_path / "at_once", checkpoint_every=25)
     later, at_once = _files(tmp_path / "later"), _files(tmp_path / "at_once")
     assert later == at_once
-    # 7 outputs of three kinds, two series, the last two checkpoints (of 25, 50 and 60)
-    assert len(later) == 3 * 7 + 2 + 2
+    # 7 outputs of three kinds, two series, the table of bodies, the last two checkpoints (of 25,
+    # 50 and 60)
+    assert len(later) == 3 * 7 + 2 + 1 + 2
 
 
 def test_output_holds_the_state_of_its_step(deck: Path, tmp_path: Path) -> None:

@@ -215,6 +215,21 @@ def test_force_chains_are_as_wide_as_the_forces(folder: Path) -> None:
     assert "10 N/m" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
+def test_contact_networks_and_fragments_are_taken_as_they_are(folder: Path) -> None:
+    table = pd.DataFrame(
+        {"body_i": [0, 0], "body_j": [1, 1], "normal_force": [0.0, 7.0], "x": [1e-3] * 2, "y": 0.0}
+    )
+    network = SimpleNamespace(to_frame=lambda: table)
+    figure: Any = render(folder, at=0, chains=network)
+    (line,) = figure.axes[0].collections[-1].get_segments()  # a force of zero is no line
+    # From the contact at the wall to the centre of the grain, in mm.
+    np.testing.assert_allclose(line, [[1.0, 0.0], [1.0, 0.0], [2.0, 0.5]], atol=1e-9)
+    state = Outputs.open(folder).snapshot(Outputs.open(folder).frames[0])
+    pieces = SimpleNamespace(labels=np.repeat([0, 1], 4))
+    figure = render(state, pieces, walls="coloured")
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["0", "1"]
+
+
 @pytest.mark.parametrize(
     ("table", "message"),
     [

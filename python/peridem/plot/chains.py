@@ -56,7 +56,7 @@ def make_chains(source: Any) -> Chains:
 
     Parameters
     ----------
-    source : DataFrame or mapping
+    source : DataFrame, mapping or object with `to_frame`
         With the columns i and j (ids of the bodies), and force, or fx and fy [and fz]; x and y
         [and z] of the contacts may be there too.
 
@@ -68,6 +68,8 @@ def make_chains(source: Any) -> Chains:
     where = "render: chains"
     if isinstance(source, Chains):
         return source
+    if not hasattr(source, "columns") and callable(getattr(source, "to_frame", None)):
+        source = source.to_frame()
     if not isinstance(source, Mapping) and not hasattr(source, "columns"):
         raise InputError(
             f"{where} = {show_value(source)}: must be a table of pairs of bodies and forces; give "
@@ -92,7 +94,10 @@ def make_chains(source: Any) -> Chains:
     if "x" in columns and "y" in columns:
         z = columns.get("z", np.zeros(len(pairs)))
         places = np.column_stack([columns["x"], columns["y"], z])
-    return Chains(pairs.astype(np.int64), np.abs(forces), places)
+    some = forces != 0
+    return Chains(
+        pairs[some].astype(np.int64), np.abs(forces[some]), None if places is None else places[some]
+    )
 
 
 def _numeric(known: Mapping[str, Any]) -> list[str]:

@@ -75,7 +75,8 @@ def render(
         What the colours show: the name of an array in the outputs in any case (``damage_z``,
         ``damage``, ``displacement``, ``velocity``, ``particle_id``, ...), perhaps with a part
         (``velocity_x``, ``stress_xx``, ``stress_mean``, ``stress_max``); an array of shape
-        (n_nodes,) or (n_nodes, 3); a function of the `Snapshot` that gives such an array.
+        (n_nodes,) or (n_nodes, 3); a function of the `Snapshot` that gives such an array; for one
+        state, what has ``labels`` of the nodes (fragments).
         Vectors are shown by their length, stress by von Mises'. Damage when left out.
     path : path-like, optional
         File to write: .png, .pdf, .svg or another kind of picture, .gif or .mp4. Without it the
@@ -89,7 +90,7 @@ def render(
         ``Output.Tag_PP`` of the run, when the folder has several.
     label, unit : str, optional
         Words and unit of the colour bar; those of the field when left out.
-    chains : DataFrame or mapping, optional
+    chains : DataFrame, mapping or contact network, optional
         Forces between bodies: columns i, j and force (or fx, fy[, fz]), perhaps x, y[, z] of the
         contact; drawn as lines as thick as the force.
     limits : (float, float), optional
@@ -364,6 +365,13 @@ def _of_memory(snapshot: Snapshot, wish: _Wish) -> _States:
                 f"render: {name} = {value!r}: is for the outputs of a run, this is one state; "
                 "leave it out"
             )
+    labels = getattr(wish.field, "labels", None)  # of fragments
+    if labels is not None:
+        labels = np.asarray(labels)
+        fields = {**snapshot.fields, "Fragment": labels}
+        snapshot._given(labels)
+        wish = dataclasses.replace(wish, field="Fragment")
+        snapshot = dataclasses.replace(snapshot, fields=fields)
     given = not (wish.field is None or isinstance(wish.field, str))
     if given:
         chosen: Any = wish.field
