@@ -32,7 +32,7 @@ def main() -> None:
     parser.add_argument("--short", action="store_true", help="a coarse mesh")
     parser.add_argument("--output", type=Path, default=Path("sphere"))
     args = parser.parse_args()
-    h = 0.4e-3 if args.short else 0.26e-3
+    h = 0.45e-3 if args.short else 0.26e-3
 
     glass = pd.PDState(**GLASS, horizon=3 * h)
     model = pd.DEMModel(dimension=3)
