@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .model import DEMModel
 
 FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.int64]
 
 BODIES_OF_A_ZONE = 5
 """Bodies whose neighbours are counted, from the smallest to the largest of a zone."""
@@ -27,6 +28,12 @@ FEWEST_SAMPLES = 24
 
 HALO_LANES = 1.5
 """Bonds with nodes outside their block fill so many times fewer lanes than those inside."""
+
+GAUSSIAN = 2
+"""Type of the Gaussian influence function in a deck."""
+
+TABLES_OF_MEMORY = 0.25
+"""Part of the machine's memory up to which every pattern keeps a table (peridynamic.h)."""
 
 
 @dataclass(frozen=True)
@@ -99,8 +106,15 @@ def predict_memory(model: DEMModel) -> MemoryPrediction:
     by_zone: dict[int, list[Any]] = {}
     for body in model._bodies:
         by_zone.setdefault(body.zone, []).append(body)
+    zones = [_of_zone(model, zone, bodies) for zone, bodies in sorted(by_zone.items())]
+    all_kept = sum(zone.tables for zone in zones) <= TABLES_OF_MEMORY * machine_memory()
     return MemoryPrediction(
-        tuple(_of_zone(model, zone, bodies) for zone, bodies in sorted(by_zone.items()))
+        tuple(
+            replace(zone.memory, bytes=zone.memory.bytes + zone.tables)
+            if all_kept
+            else replace(zone.memory, bytes=zone.memory.bytes + zone.tables_always)
+            for zone in zones
+        )
     )
 
 
@@ -140,21 +154,100 @@ def refuse_too_large(prediction: MemoryPrediction, memory: float, file: str) -> 
     )
 
 
-def _of_zone(model: DEMModel, zone: int, bodies: list[Any]) -> ZoneMemory:
+@dataclass(frozen=True)
+class _Zone:
+    memory: ZoneMemory  # without tables
+    tables: float  # bytes of the tables of all patterns
+    tables_always: float  # of those that are kept however many there are
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Bytes of a body in the force loops."""
+
+    pattern: float
+    table: float
+    flags: float
+
+
+def _of_zone(model: DEMModel, zone: int, bodies: list[Any]) -> _Zone:
     # Bodies of a zone differ in scale alone. The horizon may not scale with them.
     ratio = np.array([body.horizon**model.dimension / body.volume for body in bodies])
     order = np.argsort(ratio, kind="stable")
-    chosen = np.unique(np.linspace(0, len(bodies) - 1, BODIES_OF_A_ZONE).astype(int))
-    sample = [bodies[k] for k in order[chosen]]
-    neighbours = [_neighbours(model, body) for body in sample]
-    sizes = [_kernel_bytes(model.dimension, b, k) for b, k in zip(sample, neighbours, strict=True)]
-    at = ratio[order[chosen]]
+    chosen = order[np.unique(np.linspace(0, len(bodies) - 1, BODIES_OF_A_ZONE).astype(int))]
+    neighbours = [_neighbours(model, bodies[k]) for k in chosen]
+    blocks = [
+        _block(model.dimension, bodies[k], count)
+        for k, count in zip(chosen, neighbours, strict=True)
+    ]
+
+    def of_each(values: list[float]) -> FloatArray:
+        return np.asarray(np.interp(ratio, ratio[chosen], values))
+
     costs = _core.memory_costs()
+    # Those that never move have no internal forces.
+    moving = np.flatnonzero([not body.constrained for body in bodies])
     nodes = bodies[0].stop - bodies[0].start
-    bonds = nodes * np.interp(ratio, at, neighbours)
+    bonds = nodes * of_each(neighbours)
+    patterns = of_each([block.pattern for block in blocks])
+    tables = of_each([block.table for block in blocks])
+    flags = of_each([block.flags for block in blocks])
+    one, several = _patterns(model, bodies, moving)
     total = len(bodies) * nodes * costs["node"] + bonds.sum() * costs["bond"]
-    total += np.interp(ratio, at, sizes).sum()
-    return ZoneMemory(zone, len(bodies), nodes * len(bodies), float(bonds.sum()), float(total))
+    total += flags[moving].sum() + patterns[one].sum()
+    memory = ZoneMemory(zone, len(bodies), nodes * len(bodies), float(bonds.sum()), float(total))
+    kept = one if _is_gaussian(model, zone) else several
+    return _Zone(memory, float(tables[one].sum()), float(tables[kept].sum()))
+
+
+def _patterns(
+    model: DEMModel, bodies: list[Any], moving: IndexArray
+) -> tuple[IndexArray, IndexArray]:
+    """Give one of the moving bodies for each pattern, and those whose pattern others share.
+
+    Bodies share a pattern that are equal in units of the horizon, unless they are cut into pieces.
+    """
+    if bodies[0].stop - bodies[0].start > _core.memory_costs()["whole"]:
+        return moving, moving[:0]
+    alike: dict[float, list[int]] = {}
+    for k in moving:
+        alike.setdefault(round(bodies[k].mesh_size / bodies[k].horizon, 11), []).append(int(k))
+    one, several = [], []
+    for members in alike.values():
+        # Bonds at the very edge of the horizon are decided by round-off.
+        edge = _pairs_at_edge(model, bodies[members[0]]) if len(members) > 1 else None
+        found: dict[bytes, list[int]] = {}
+        for k in members:
+            bonded = b"" if edge is None else _bonded(model, bodies[k], edge).tobytes()
+            found.setdefault(bonded, []).append(k)
+        one += [same[0] for same in found.values()]
+        several += [same[0] for same in found.values() if len(same) > 1]
+    return np.array(one, dtype=np.int64), np.array(several, dtype=np.int64)
+
+
+def _pairs_at_edge(model: DEMModel, body: Any) -> IndexArray:
+    """Pairs of nodes of a body whose distance is the horizon up to round-off, (2, n)."""
+    x = model.state.x_ref[body.start : body.stop]
+    squared = body.horizon**2
+    pairs = []
+    for i in range(len(x) - 1):
+        distance = ((x[i + 1 :] - x[i]) ** 2).sum(axis=1)
+        j = i + 1 + np.flatnonzero(np.abs(distance - squared) < 1e-9 * squared)
+        pairs.append(np.stack([np.full_like(j, i), j]))
+    return np.concatenate(pairs, axis=1) if pairs else np.empty((2, 0), dtype=np.int64)
+
+
+def _bonded(model: DEMModel, body: Any, pairs: IndexArray) -> NDArray[np.bool_]:
+    """Which of the pairs of nodes of a body are bonded."""
+    x = model.state.x_ref[body.start : body.stop]
+    distance = ((x[pairs[1]] - x[pairs[0]]) ** 2).sum(axis=1)
+    return np.asarray(distance < body.horizon**2)
+
+
+def _is_gaussian(model: DEMModel, zone: int) -> bool:
+    """Whether the influence function of a zone is one whose tables are always kept."""
+    zone = 0 if model.compatibility == "original" else zone
+    return model.deck.materials[zone].influence_function.type == GAUSSIAN
 
 
 def _neighbours(model: DEMModel, body: Any) -> float:
@@ -167,14 +260,12 @@ def _neighbours(model: DEMModel, body: Any) -> float:
     return found / count
 
 
-def _kernel_bytes(dimension: int, body: Any, neighbours: float) -> float:
-    """Bytes of the blocks and groups of a body of the force loops (bond_block.h).
+def _block(dimension: int, body: Any, neighbours: float) -> _Block:
+    """Bytes of the blocks and groups of a body in the force loops (bond_block.h).
 
     A group is one node against one tile of neighbouring nodes. Lengths are in units of the node
     distance. A ball of the horizon meets as many tiles as fit into it, grown by the tile's extent.
     """
-    if body.constrained:  # never moves: no internal forces
-        return 0.0
     costs = _core.memory_costs()
     nodes, tile = body.stop - body.start, costs["tile"]
     horizon = body.horizon / (body.volume / nodes) ** (1 / dimension)
@@ -185,15 +276,27 @@ def _kernel_bytes(dimension: int, body: Any, neighbours: float) -> float:
     tiles *= surface
     whole = nodes <= costs["whole"]
     # A bond is stored once where both ends are in the block: later tiles, and a node's own one.
-    groups, places = 0.5 * (tiles + 1), 1.0
+    groups, halo = 0.5 * (tiles + 1), 0.0
     if not whole:
-        side = costs["piece"] ** (1 / dimension)
-        places += surface * (_grown(dimension, horizon, side) / costs["piece"] - 1)
+        parts = -(-nodes // costs["piece"])
+        part = nodes / parts
+        side = part ** (1 / dimension)
+        inner = 1 - parts ** (-1 / dimension)  # of the faces of pieces: the others are the body's
+        halo = inner * (_grown(dimension, horizon, side) / part - 1)
         mean_reach = {1: 0.5, 2: 4 / (3 * np.pi), 3: 3 / 8}[dimension] * horizon
-        outside = surface * min(1.0, dimension * mean_reach / side)
+        outside = inner * min(1.0, dimension * mean_reach / side)
         groups = (1 - outside) * groups + outside * HALO_LANES * tiles
-    padded = nodes * places + (0.5 * tile if whole else 0.0)
-    return float(padded * costs["place"] + nodes * groups * costs["group"])
+    own = nodes + 0.5 * tile
+    places = own * (costs["place"] + costs["tile_bonds"] / tile)
+    places += nodes * halo * (costs["place"] + costs["halo"])
+    if not whole:
+        places += own * costs["exchange"]
+    groups *= nodes
+    return _Block(
+        pattern=float(places + groups * costs["group"]),
+        table=float(groups * costs["table"]),
+        flags=float(groups * costs["flags"]),
+    )
 
 
 def _grown(dimension: int, radius: float, side: float) -> float:

@@ -11,6 +11,7 @@ from helpers import DeckFolder, box_mesh, changed, disc_mesh, pair_deck, single_
 from peridem import DEMModel, InputError
 from peridem.memory import MemoryPrediction, ZoneMemory, predict_memory, refuse_too_large
 
+CIRCLE = {"Type": "circle", "Parameters": [1e-3]}
 RECTANGLE = {"Type": "rectangle", "Parameters": [0, 0, 0, 1e-3, 1e-3, 0]}
 
 
@@ -23,7 +24,26 @@ def mixed_sizes_and_a_wall(folder: DeckFolder) -> dict[str, Any]:
     names.append(folder.mesh("plate", box_mesh((20e-3, 1e-3), (80, 4))))
     rows = [(k % 2, 2.5e-3 * k - 9e-3, 0, 0, (0.6 + 0.1 * k) * 1e-3, 0.1 * k) for k in range(6)]
     folder.places(*rows, (2, 0, -4e-3, 0, 1e-3, 0))
-    return pair_deck(names, {"Type": "circle", "Parameters": [1e-3]}, walls=[3])
+    return pair_deck(names, CIRCLE, walls=[3])
+
+
+def grains_of_one_mesh(folder: DeckFolder) -> dict[str, Any]:
+    # Equal in units of their horizons: they share a pattern of bonds.
+    mesh = folder.mesh("disc", disc_mesh(1e-3, 7, jiggle=0.1))
+    folder.places(*[(0, 2.5e-3 * k, 0, 0, (0.6 + 0.1 * k) * 1e-3, 0.7 * k) for k in range(8)])
+    return in_units_of_the_mesh(pair_deck([mesh], CIRCLE), 3.2)
+
+
+def turned_lattices(folder: DeckFolder) -> dict[str, Any]:
+    # Lattice points at a distance of 3 h exactly: round-off decides, and grains differ.
+    mesh = folder.mesh("square", box_mesh((1e-3, 1e-3), (16, 16)))
+    folder.places(*[(0, 2.5e-3 * k, 0, 0, 1e-3, 0.7 * k) for k in range(4)])
+    return in_units_of_the_mesh(pair_deck([mesh], RECTANGLE), 3.0)
+
+
+def in_units_of_the_mesh(deck: dict[str, Any], ratio: float) -> dict[str, Any]:
+    del deck["Material"]["Zone_1"]["Horizon"]
+    return changed(deck, {"Material.Zone_1.Horizon_Mesh_Ratio": ratio})
 
 
 def cubes(folder: DeckFolder) -> dict[str, Any]:
@@ -50,7 +70,16 @@ def solid_in_blocks(folder: DeckFolder) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    "make", [two_grains, mixed_sizes_and_a_wall, cubes, body_in_blocks, solid_in_blocks]
+    "make",
+    [
+        two_grains,
+        mixed_sizes_and_a_wall,
+        grains_of_one_mesh,
+        turned_lattices,
+        cubes,
+        body_in_blocks,
+        solid_in_blocks,
+    ],
 )
 def test_memory_predicted_is_near_what_is_taken(
     deck_folder: DeckFolder, make: Callable[[DeckFolder], dict[str, Any]]
@@ -72,6 +101,21 @@ def test_memory_predicted_sums_over_the_zones(deck_folder: DeckFolder) -> None:
     assert [zone.bodies for zone in prediction.zones] == [3, 3, 1]
     assert [zone.nodes for zone in prediction.zones] == [3 * 91, 3 * 271, 81 * 5]
     assert prediction.bytes == pytest.approx(np.sum([zone.bytes for zone in prediction.zones]))
+
+
+@pytest.mark.parametrize(("influence", "kept"), [(0, False), (2, True)])
+def test_memory_predicted_has_no_tables_beyond_a_quarter_of_the_machine(
+    deck_folder: DeckFolder, monkeypatch: pytest.MonkeyPatch, influence: int, kept: bool
+) -> None:
+    deck = mixed_sizes_and_a_wall(deck_folder)
+    for zone in (1, 2, 3):
+        deck = changed(deck, {f"Material.Zone_{zone}.Influence_Function": {"Type": influence}})
+    model = DEMModel.from_deck(deck_folder.write(deck), threads=1)
+    with_tables = predict_memory(model).bytes
+    monkeypatch.setattr("peridem.memory.machine_memory", lambda: 1e5)
+    # They are most of what the kernels take. Those of a Gaussian are always there.
+    assert (predict_memory(model).bytes == with_tables) == kept
+    assert (predict_memory(model).bytes < 0.5 * with_tables) == (not kept)
 
 
 def test_model_larger_than_the_machine_is_refused_by_its_largest_zone() -> None:
