@@ -38,7 +38,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("crushing"))
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
-    press = {"radius": 1e-3, "speed": 0.7, "mesh_size": 0.2e-3 if args.short else 0.12e-3}
+    press = {"radius": 1e-3, "speed": 0.7, "mesh_size": 0.25e-3 if args.short else 0.12e-3}
 
     found = pd.calibrate.crushing(ROCK, stress=STRENGTH, **press)
     print(found)

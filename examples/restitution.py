@@ -53,7 +53,9 @@ def main() -> None:
     args = parser.parse_args()
 
     ratios = np.linspace(0.2, 1, 3 if args.short else 17)
-    table = pd.study(rebound, pair=list(PAIRS), damping_ratio=ratios, folder=args.output)
+    workers = 0 if args.short else None  # 0: here, without processes
+    grid = {"pair": list(PAIRS), "damping_ratio": ratios}
+    table = pd.study(rebound, grid=grid, folder=args.output, workers=workers)
 
     axes = plt.figure(figsize=(6, 4)).add_subplot()
     axes.axhline(WANTED, color="gray", linestyle=":")

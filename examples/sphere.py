@@ -32,7 +32,7 @@ def main() -> None:
     parser.add_argument("--short", action="store_true", help="a coarse mesh")
     parser.add_argument("--output", type=Path, default=Path("sphere"))
     args = parser.parse_args()
-    h = 0.4e-3 if args.short else 0.26e-3
+    h = 0.45e-3 if args.short else 0.26e-3
 
     glass = pd.PDState(**GLASS, horizon=3 * h)
     model = pd.DEMModel(dimension=3)
@@ -44,7 +44,7 @@ def main() -> None:
     model.set_contact(stiffness_factor=20)
 
     record = [pd.recorders.velocity(ball), pd.recorders.reaction(ball), "damage"]
-    until = 6e-4 if args.short else 8e-4
+    until = 4e-4 if args.short else 8e-4
     result = model.run(until=until, record=record, record_every=5, output=args.output, every=1e-4)
 
     # Compare: what the force of the plate adds up to, and the change of the ball's momentum.
