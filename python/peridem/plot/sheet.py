@@ -151,7 +151,7 @@ def _name_labels(axes: Axes, scene: Scene) -> None:
     low, high = int(scene.norm.vmin or 0), int(scene.norm.vmax or 0)
     ink = scene.look.ink
     if high - low > 9:
-        text = f"{scene.field.label}: {high - low + 1} colours in turn"
+        text = f"{scene.field.label}: {low} to {high}, colours in turn"
         axes.set_title(text, loc="right", fontsize=9, color=ink)
         return
     handles = [
