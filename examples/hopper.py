@@ -72,7 +72,7 @@ def main() -> None:
     figure.axes[1].set_ylabel("broken bonds [%]", color="tab:red")
     figure.savefig(args.output / "discharge.png", dpi=110, bbox_inches="tight")
     times = [args.until * k / 4 for k in (1, 2, 3, 4)]
-    result.render("damage", args.output / "hopper.png", at=times, size=(1000, 900))
+    result.render("damage", args.output / "hopper.png", at=times, size=(1200, 440))
 
 
 if __name__ == "__main__":

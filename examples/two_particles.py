@@ -1,7 +1,7 @@
 """Two discs collide: how much of the speed does damping take away?
 
 Problem: a disc falls at 1 m/s onto another one, at rest and free to move (the two-particle test
-of Jha et al. (2021), section 5.1). Momentum passes from one to the other; without damping what
+of Jha et al. (2021), section 4.1). Momentum passes from one to the other; without damping what
 is missing of the relative speed is in waves inside the discs, with it also dissipated.
 
     python examples/two_particles.py [--until SECONDS] [--output DIR]

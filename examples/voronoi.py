@@ -72,8 +72,8 @@ def main() -> None:
     axes.twinx().plot(percent * broken.index, broken, color="tab:red")
     figure.axes[1].set_ylabel("broken bonds [%]", color="tab:red")
     figure.savefig(args.output / "stress.png", dpi=110, bbox_inches="tight")
-    times = [until * part for part in (0.6, 0.75, 0.9, 1.0)]
-    result.render("damage", args.output / "voronoi.png", at=times, size=(1000, 900))
+    times = [until * part for part in (0.6, 0.75, 1.0)]
+    result.render("damage", args.output / "voronoi.png", at=times, size=(1200, 400))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,27 @@ import pytest
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+def run_example(folder: Path, name: str, *options: str, picture: str) -> list[dict[str, str]]:
+    """Run an example, look for its picture, return the rows of its series."""
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / name, *options, "--output", folder],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (folder / picture).stat().st_size > 10_000
+    with (folder / "series.csv").open() as stream:
+        return list(csv.DictReader(stream))
+
+
+def assert_damage_grows(rows: list[dict[str, str]]) -> None:
+    """Bonds break, and stay broken."""
+    broken = [float(row["damage.broken"]) for row in rows]
+    assert broken == sorted(broken)
+    assert 0 == broken[0] < broken[-1]
+
+
 def test_impact_records_energy_and_broken_bonds(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, EXAMPLES / "impact.py", "--steps", "400", "--output", tmp_path / "out"],
@@ -50,6 +71,48 @@ def test_two_particles_rebound_less_with_damping(tmp_path: Path) -> None:
     # Equal discs exchange their velocities; waves keep a part, damping takes more.
     assert 0 < much < 0.9 * little < 0.9 * free <= 0.9 * 1.01
     assert (tmp_path / "two_particles.png").stat().st_size > 10_000
+
+
+def test_drum_breaks_grains(tmp_path: Path) -> None:
+    rows = run_example(tmp_path, "drum.py", "--until", "0.15", picture="drum.png")
+    assert_damage_grows(rows)
+    # Nothing breaks before a grain has fallen 1 mm (14 ms); the clay is gone if all of it breaks.
+    assert float(rows[0]["damage.broken"]) == float(rows[4]["damage.broken"]) == 0
+    assert 0 < float(rows[-1]["damage.fraction"]) < 0.5
+
+
+def test_hopper_runs_out(tmp_path: Path) -> None:
+    rows = run_example(
+        tmp_path, "hopper.py", "--grains", "8", "--until", "0.3", picture="hopper.png"
+    )
+    assert_damage_grows(rows)
+    out = [int(float(row["out"])) for row in rows]
+    assert out[0] == 0
+    assert out == sorted(out)
+    # The lowest grains fall freely: 8 grains have no arch, the highest starts 0.1 m up (0.14 s).
+    assert out[-1] == 8
+
+
+def test_compression_loads_the_lid_and_breaks_grains(tmp_path: Path) -> None:
+    rows = run_example(tmp_path, "compression.py", "--cells", "3", "2", picture="compression.png")
+    assert_damage_grows(rows)
+    lid = [float(row["reaction_lid.y"]) for row in rows]
+    # The lid starts clear of the grains, and is pushed up by them.
+    assert lid[0] == 0
+    assert min(lid) >= 0
+    # It hits the top row first, and bears on all rows at the end.
+    assert sum(lid[-10:]) > 10 * sum(lid[:10])
+
+
+def test_voronoi_rock_bears_when_its_joints_are_closed(tmp_path: Path) -> None:
+    rows = run_example(
+        tmp_path, "voronoi.py", "--grains", "20", "--speed", "1", picture="voronoi.png"
+    )
+    lid = [float(row["reaction_lid.y"]) for row in rows if row["reaction_lid.y"]]
+    assert_damage_grows([row for row in rows if row["damage.broken"]])
+    assert lid[0] == 0
+    # Five or more joints lie over each other: their gaps are not closed in the first quarter.
+    assert sum(lid[100:150]) > 3 * sum(lid[:50])
 
 
 def test_shapes_meshes_and_draws_every_shape(tmp_path: Path) -> None:
