@@ -136,7 +136,7 @@ void EnergyTracker::setForceSets(const EnergyScene& scene) {
 
 void EnergyTracker::beforeStep(const EnergyScene& scene) {
   const State& s = scene.state;
-  x_before_ = s.x;
+  u_before_ = s.u;
   v_before_.clear();
   f_before_.clear();
   for (const Index i : driven_) {
@@ -159,7 +159,7 @@ void EnergyTracker::afterStep(const EnergyScene& scene) {
 void EnergyTracker::addWork(const EnergyScene& scene) {
   const State& s = scene.state;
   const auto sums = sumOverNodes<3>(s.size(), scene.threads, [&](std::size_t i, auto& sum) {
-    const Vec3 way = 0.5 * s.volume[i] * (s.x[i] - x_before_[i]);
+    const Vec3 way = 0.5 * s.volume[i] * (s.u[i] - u_before_[i]);
     sum[0] += way.dot(forces_before_.contact.friction[i] + forces_.contact.friction[i]);
     sum[1] += way.dot(forces_before_.contact.damping[i] + forces_.contact.damping[i]);
     sum[2] += way.dot(forces_before_.sets[i] + forces_.sets[i]);
@@ -169,7 +169,7 @@ void EnergyTracker::addWork(const EnergyScene& scene) {
   flows_.work_forces += sums[2];
   const auto driven = sumOverNodes<1>(driven_.size(), scene.threads, [&](std::size_t k, auto& sum) {
     const auto i = static_cast<std::size_t>(driven_[k]);
-    const Vec3 way = s.x[i] - x_before_[i];
+    const Vec3 way = s.u[i] - u_before_[i];
     for (int d = 0; d < 3; ++d) {
       if (!((s.fixity[i] >> d) & 1)) continue;
       const Real v = s.v[i][d], before = v_before_[k][d];
@@ -189,7 +189,7 @@ void EnergyTracker::addFracture(const EnergyScene& scene) {
   const Motion motion(scene);
   const auto middle = [&](Index i) -> Vec3 {
     const auto node = static_cast<std::size_t>(i);
-    return s.u[node] - 0.5 * (s.x[node] - x_before_[node]);
+    return s.u[node] - 0.5 * (s.u[node] - u_before_[node]);
   };
   const auto next = [&](Index i) -> Vec3 {
     const auto node = static_cast<std::size_t>(i);

@@ -97,7 +97,7 @@ class EnergyTracker {
 
   EnergyFlows flows_;
   Forces forces_, forces_before_;
-  std::vector<Vec3> x_before_;
+  std::vector<Vec3> u_before_;
   std::vector<Vec3> v_before_, f_before_;  // of driven nodes
   std::vector<Index> driven_;              // nodes with prescribed motion
   std::vector<std::uint8_t> intact_;       // flags before the step
