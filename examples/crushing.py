@@ -20,8 +20,6 @@ import matplotlib as mpl
 import numpy as np
 import pandas
 import peridem as pd
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
@@ -46,15 +44,11 @@ def main() -> None:
     print(f"measured again: {crushed.stress:.4g} Pa at a squeeze of {crushed.squeeze:.3f}")
 
     # Fragments: nodes that intact bonds connect.
-    model, bonds = crushed.model, crushed.model.bonds
+    model = crushed.model
     model.step(model.n // 20)  # for the pieces to part
-    starts = np.repeat(np.arange(model.n_nodes), np.diff(bonds.offsets))
-    holds = bonds.intact == 1
-    pairs = (starts[holds], bonds.indices[holds])
-    graph = csr_matrix((np.ones(holds.sum()), pairs), shape=2 * (model.n_nodes,))
+    pieces = pd.diagnostics.fragments(model, "grain")
     grain = model.nodes_of("grain")
-    _, label = connected_components(graph[grain][:, grain], directed=False)
-    areas = np.bincount(label, weights=model.state.volume[grain])
+    label, areas = pieces.labels[grain], pieces.volumes
     order = np.argsort(-areas)
     rank, areas = np.argsort(order), areas[order]
     shares = ", ".join(f"{100 * one:.1f} %" for one in areas[:5] / areas.sum())

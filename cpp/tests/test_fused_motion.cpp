@@ -187,6 +187,18 @@ TEST_CASE("gravity: in the kernels is that of the external forces") {
     }
 }
 
+TEST_CASE("forces: an evaluation sets all components, what lay there before is gone") {
+  // In 2D nothing acts out of the plane but gravity, if it points there.
+  const Vec3 gravity(0, -9.81, 2);
+  const DEMModel model = scene(all_types[0], 2);
+  Forces forces(model, someInPieces());
+  forces.state.f.assign(forces.state.size(), Vec3(7, 7, 7));
+  forces.evaluate(1, gravity);
+  for (const Particle& body : forces.bodies)
+    for (Index i = body.start; i < body.stop; ++i)
+      CHECK(forces.state.f[static_cast<std::size_t>(i)][2] == body.density * 2);
+}
+
 TEST_CASE("threads: any number gives the same bits, whole, shared and partitioned bodies") {
   // 72 x 72 nodes: more than one block and enough bonds for threads; small bodies, blocks of their
   // own, share a pattern.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 
-class ModelView:
+class ModelView(ABC):
     """What `DEMModel` shows of itself; see there."""
 
     compatibility: str
@@ -39,30 +40,30 @@ class ModelView:
     _names: dict[str, Body | Bodies]
 
     @property
+    @abstractmethod
     def deck(self) -> Deck:
         """The blocks of its deck, read or made."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def bodies(self) -> list[BodyPlan]:
         """Where the bodies are from, by their ids."""
-        raise NotImplementedError
 
     @property
-    def _core(self) -> Any:
-        raise NotImplementedError
+    @abstractmethod
+    def _core(self) -> Any: ...
 
     @property
-    def _meshes(self) -> list[Mesh]:
-        raise NotImplementedError
+    @abstractmethod
+    def _meshes(self) -> list[Mesh]: ...
 
+    @abstractmethod
     def init(self) -> None:
         """Build what stays for the run."""
-        raise NotImplementedError
 
     @property
-    def _bodies(self) -> list[Any]:
-        raise NotImplementedError
+    @abstractmethod
+    def _bodies(self) -> list[Any]: ...
 
     @property
     def time(self) -> float:

@@ -1,54 +1,16 @@
 """Voronoi tessellations: cells tile the domain, keep gap and shortest side."""
 
-import importlib.util
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 import shapely
 from peridem.errors import InputError
-from peridem.geometry import Shape, make_shape
-from peridem.geometry.primitives import Polygon
-from peridem.packing import seam, voronoi
-from scipy.spatial import ConvexHull
+from peridem.geometry import make_shape
+from peridem.packing import voronoi
 
 SQUARE = ((0.0, 0.0), (2.0, 1.0))
 CUBE = ((0.0, 0.0, 0.0), (1.0, 2.0, 1.0))
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Hull(Shape):
-    """Convex polyhedron: what a packing asks of `peridem.shapes.Polyhedron`."""
-
-    points: np.ndarray
-
-    dimension = 3
-    center = property(lambda self: np.zeros(3))
-    bounding_radius = property(lambda self: float(np.linalg.norm(self.points, axis=1).max()))
-    box = property(lambda self: (self.points.min(axis=0), self.points.max(axis=0)))
-    volume = property(lambda self: float(ConvexHull(self.points).volume))
-
-    def contains(self, points, *, strict=False):
-        equations = ConvexHull(self.points).equations
-        return (points @ equations[:, :3].T + equations[:, 3] <= 1e-12).all(axis=1)
-
-    def boundary(self):
-        raise NotImplementedError
-
-
-def plain_polygon(points):
-    vertices = np.column_stack([points, np.zeros(len(points))])
-    radius = float(np.linalg.norm(points, axis=1).max())
-    return Polygon(type="polygon", radius=radius, middle=np.zeros(3), vertices=vertices)
-
-
-@pytest.fixture(autouse=True)
-def stand_in_shapes(monkeypatch):
-    """Where the package has no public shapes yet, plain geometry stands in."""
-    if importlib.util.find_spec("peridem.shapes") is None:
-        monkeypatch.setattr(seam, "polygon_shape", plain_polygon)
-        monkeypatch.setattr(seam, "polyhedron_shape", lambda p: Hull(type="hull", points=p))
 
 
 def shortest_side(polygon):
