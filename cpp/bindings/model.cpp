@@ -103,8 +103,7 @@ py::dict memoryCosts() {
   result["table"] = costs.table;
   result["flags"] = costs.flags;
   result["tile"] = costs.tile;
-  result["whole"] = costs.whole;
-  result["piece"] = costs.piece;
+  result["whole"] = BlockSizes{}.whole;
   return result;
 }
 
@@ -197,6 +196,7 @@ void bindModel(py::module_& m) {
   bindState(m);
   bindParticle(m);
   m.def("memory_costs", &memoryCosts);
+  m.def("nodes_of_piece", [](Index nodes) { return BlockSizes{}.nodesOfPiece(nodes); });
   using Release = py::call_guard<py::gil_scoped_release>;
   py::class_<DEMModel> bound(m, "DEMModel");
   bindDiagnostics(bound);

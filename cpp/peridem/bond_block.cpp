@@ -1,14 +1,12 @@
 #include "bond_block.h"
 
-#ifdef __linux__
-#include <sys/mman.h>
-#endif
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <new>
 #include <numeric>
+
+#include "huge_pages.h"
 
 namespace peridem {
 
@@ -24,15 +22,12 @@ std::size_t wholeTiles(std::size_t n) {
 
 AlignedArray::AlignedArray(std::size_t n) : size_(n) {
   if (n == 0) return;
-  constexpr std::size_t huge_page = std::size_t{1} << 21;
   const std::size_t wanted = wholeTiles(n) * sizeof(double);
   const std::size_t boundary = wanted < huge_page ? 64 : huge_page;
   const std::size_t bytes = (wanted + boundary - 1) / boundary * boundary;
   data_.reset(static_cast<double*>(std::aligned_alloc(boundary, bytes)));
   if (!data_) throw std::bad_alloc();
-#ifdef __linux__
-  if (boundary == huge_page) madvise(data_.get(), bytes, MADV_HUGEPAGE);  // a wish; may fail
-#endif
+  wishForHugePages(data_.get(), bytes);
   std::memset(data_.get(), 0, bytes);
 }
 

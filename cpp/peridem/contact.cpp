@@ -13,8 +13,6 @@ namespace peridem {
 
 namespace {
 
-constexpr Real skin_by_reach = 0.5;
-
 // Rc and Kn when the deck leaves them out: 0.95 h (35) and 18 kappa_eff / (pi eps^5) (36).
 ContactLaw makeContactLaw(const ContactDeck& deck, Real h_min, Real kappa, Real horizon,
                           Compatibility mode) {
@@ -53,10 +51,7 @@ ContactForce::ContactForce(const ModelDeck& deck, const std::vector<Particle>& b
     throw InputError("Contact: constants are needed for every pair of zones");
 
   std::vector<Real> sizes;
-  for (const Particle& body : bodies) {
-    sizes.push_back(body.mesh_size);
-    any_wall_ = any_wall_ || body.is_wall;
-  }
+  for (const Particle& body : bodies) sizes.push_back(body.mesh_size);
   const Real h_min = smallestMeshSize(sizes, compatibility_ == Compatibility::original);
   // One body of a zone stands for all: K is the material's, and the horizon of the default Kn the
   // largest in the zone (bodies may differ in it where it is a multiple of their mesh size).
@@ -85,17 +80,17 @@ ContactForce::ContactForce(const ModelDeck& deck, const std::vector<Particle>& b
   for (const Particle& body : bodies)
     self_contact[static_cast<std::size_t>(body.id)] =
         !body.is_wall && !body.constrained && law(body, body).self_contact;
-  search_ = ContactSearch(bodies, largest_radius_, skin_by_reach * largest_radius_,
-                          std::move(self_contact));
+  search_ = ContactSearch(bodies, largest_radius_, std::move(self_contact));
   wall_damping_.resize(bodies.size());
 }
 
 // The original gives no contact force to walls and to bodies that never move. Walls that are held
 // get theirs in every mode, so that the reaction of a wall is right: it does not move them. In the
 // original mode a wall that is free to move goes without, since it would move otherwise.
-bool ContactForce::takesContactForce(const State& state, const Particle& body,
+bool ContactForce::takesContactForce(const State& state, const std::vector<Particle>& bodies,
                                      std::size_t node) const {
   if (compatibility_ == Compatibility::corrected) return true;
+  const Particle& body = bodies[static_cast<std::size_t>(state.particle_id[node])];
   if (!body.is_wall) return !body.constrained;
   const int all_directions = (1 << dimension_) - 1;
   return body.constrained || (state.fixity[node] & all_directions) == all_directions;
@@ -107,6 +102,7 @@ void ContactForce::updateSearch(const State& state, const BondTable& bonds,
   const std::vector<SlipRecord> stretched = slips();
   search_.rebuild(state, bonds, bodies, threads);
   if (any_history_) setSlips(stretched);
+  if (any_damping_) listDamped(bodies);
 }
 
 std::vector<std::pair<Index, Index>> ContactForce::touching(
@@ -164,10 +160,21 @@ void ContactForce::compute(const State& state, const std::vector<Particle>& bodi
     addNodeForces<false>(state, bodies, slip_time, f, threads, nullptr);
   else
     addNodeForces<true>(state, bodies, slip_time, f, threads, parts);
-  if (!any_damping_) return;
-  if (any_wall_) addWallDamping(state, bodies, f, threads, parts);
-  addCenterDamping(state, bodies, f, parts);
+  if (any_damping_) addDamping(state, bodies, f, threads, parts);
 }
+
+namespace {
+
+// Nodes in contact lie anywhere in the arrays; asked for early enough, they are there in time.
+void prefetchNode(const State& state, Index node) {
+  const auto i = static_cast<std::size_t>(node);
+  __builtin_prefetch(&state.x[i]);
+  __builtin_prefetch(&state.v[i]);
+  __builtin_prefetch(&state.volume[i]);
+  __builtin_prefetch(&state.zone_id[i]);
+}
+
+}  // namespace
 
 // The forces of contact_pair.h, summed over the nodes in contact with node i; with `split` those of
 // friction and damping also into their own arrays.
@@ -175,35 +182,39 @@ template <bool split>
 void ContactForce::addNodeForces(const State& state, const std::vector<Particle>& bodies,
                                  Real slip_time, std::vector<Vec3>& f, int threads,
                                  ContactParts* parts) {
+  constexpr std::size_t ahead = 16;  // nodes to ask for before they are needed
   const auto& nodes = search_.nodes();
   const auto& candidates = search_.candidates();
-  const auto body_of = [&](std::size_t i) -> const Particle& {
-    return bodies[static_cast<std::size_t>(state.particle_id[i])];
-  };
 #pragma omp parallel for num_threads(threads) \
     schedule(static) if (nodes.size() > contact_rows_worth_threads)
   for (std::size_t row = 0; row < nodes.size(); ++row) {
+    if (row + ahead < nodes.size()) {
+      prefetchNode(state, nodes[row + ahead]);
+      __builtin_prefetch(&f[static_cast<std::size_t>(nodes[row + ahead])], 1);
+    }
     const auto i = static_cast<std::size_t>(nodes[row]);
-    const Particle& p = body_of(i);
-    if (!takesContactForce(state, p, i)) continue;
+    if (!takesContactForce(state, bodies, i)) continue;
     Vec3 sum = Vec3::Zero();
     for (auto k = static_cast<std::size_t>(candidates.offsets[row]);
          k < static_cast<std::size_t>(candidates.offsets[row + 1]); ++k) {
+      if (k + ahead < candidates.indices.size()) prefetchNode(state, candidates.indices[k + ahead]);
       const auto j = static_cast<std::size_t>(candidates.indices[k]);
-      const ContactLaw& law = this->law(p, body_of(j));
       const Vec3 dx = state.x[j] - state.x[i];
-      const Real distance = dx.norm();
-      if (!fuzzyLess(distance, law.radius)) {
+      const Real squared = dx.squaredNorm();
+      const bool far = squared > largest_radius_ * largest_radius_;  // as most candidates are
+      const ContactLaw* law = far ? nullptr : &lawOfZones(state.zone_id[i], state.zone_id[j]);
+      const Real distance = std::sqrt(squared);
+      if (law == nullptr || !fuzzyLess(distance, law->radius)) {
         if (any_history_ && slip_time > 0) slips_[k].setZero();
         continue;
       }
       Vec3 elongation = any_history_ ? slips_[k] : Vec3::Zero();
-      const PairForces pair = pairForces(law, state, i, j, dx, distance, slip_time, elongation);
+      const PairForces pair = pairForces(*law, state, i, j, dx, distance, slip_time, elongation);
       sum += pair.normal;
-      if (law.friction == 0 && !law.node_damping) continue;
+      if (law->friction == 0 && !law->node_damping) continue;
       sum += pair.friction;
       sum += pair.damping;
-      if (law.friction_history && slip_time > 0) slips_[k] = elongation;  // else a look, not a step
+      if (law->friction_history && slip_time > 0) slips_[k] = elongation;  // else only a look
       if constexpr (split) {
         parts->friction[i] += pair.friction;
         parts->damping[i] += pair.damping;

@@ -85,7 +85,7 @@ class ContactForce {
   void noteAnyTravel() { search_.noteAnyTravel(); }
 
   const ContactLaw& law(const Particle& p, const Particle& q) const {
-    return laws_[static_cast<std::size_t>(p.zone) * n_zones_ + static_cast<std::size_t>(q.zone)];
+    return lawOfZones(p.zone, q.zone);
   }
   Real largestRadius() const { return largest_radius_; }
   const ContactSearch& search() const { return search_; }
@@ -98,26 +98,29 @@ class ContactForce {
     Vec3 force;
   };
 
-  bool takesContactForce(const State& state, const Particle& body, std::size_t node) const;
+  const ContactLaw& lawOfZones(Index p, Index q) const {
+    return laws_[static_cast<std::size_t>(p) * n_zones_ + static_cast<std::size_t>(q)];
+  }
+  bool takesContactForce(const State& state, const std::vector<Particle>& bodies,
+                         std::size_t node) const;
   template <bool split>
   void addNodeForces(const State& state, const std::vector<Particle>& bodies, Real slip_time,
                      std::vector<Vec3>& f, int threads, ContactParts* parts);
   // visit(i, j, k, law, dx, distance) for every candidate k, node j, in contact with node i.
   template <class Visit>
   void forEachContact(const State& state, const std::vector<Particle>& bodies, Visit visit) const;
-  // visit(p, q) for every two particles that damp each other.
-  template <class Visit>
-  void forEachDampedPair(const State& state, const std::vector<Particle>& bodies,
-                         Visit visit) const;
-  void addCenterDamping(const State& state, const std::vector<Particle>& bodies,
-                        std::vector<Vec3>& f, ContactParts* parts) const;
+  void listDamped(const std::vector<Particle>& bodies);
+  bool areClose(const State& state, const std::vector<Particle>& bodies, const Particle& p,
+                const Particle& q) const;
+  void addDamping(const State& state, const std::vector<Particle>& bodies, std::vector<Vec3>& f,
+                  int threads, ContactParts* parts);
   // Force densities on either body; zero when they part.
   std::pair<Vec3, Vec3> centerDamping(const State& state, const Particle& p,
                                       const Particle& q) const;
-  void addWallDamping(const State& state, const std::vector<Particle>& bodies, std::vector<Vec3>& f,
-                      int threads, ContactParts* parts);
   void dampAgainstWalls(const State& state, const std::vector<Particle>& bodies,
                         const Particle& body, std::vector<WallDamping>& found) const;
+  void addWallReactions(const State& state, const std::vector<Particle>& bodies,
+                        std::vector<Vec3>& f, ContactParts* parts) const;
   bool nodesTouch(const State& state, const std::vector<Particle>& bodies, const Particle& p,
                   const Particle& q) const;
   Real dampedVolume(const Particle& body) const;
@@ -125,14 +128,19 @@ class ContactForce {
   int dimension_ = 2;
   Compatibility compatibility_ = Compatibility::corrected;
   bool any_damping_ = false;
-  bool any_wall_ = false;
   bool any_history_ = false;
   Real largest_radius_ = 0;
   std::size_t n_zones_ = 0;
   std::vector<ContactLaw> laws_;
   ContactSearch search_;
-  std::vector<Vec3> slips_;                             // per candidate; empty without history
-  std::vector<std::vector<WallDamping>> wall_damping_;  // per body, reused
+  std::vector<Vec3> slips_;  // per candidate; empty without history
+  // Since the last rebuild of the candidates: particles that may damp each other, and those near
+  // walls. The forces of a step are kept in arrays that are reused.
+  std::vector<std::pair<Index, Index>> damped_pairs_;
+  std::vector<Index> damped_by_walls_;
+  std::vector<std::pair<Vec3, Vec3>> pair_damping_;     // of each pair
+  std::vector<std::vector<WallDamping>> wall_damping_;  // of each body
+  std::vector<Vec3> body_damping_;                      // of each body, all together
 };
 
 }  // namespace peridem

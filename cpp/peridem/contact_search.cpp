@@ -13,13 +13,26 @@ namespace peridem {
 
 namespace {
 constexpr std::size_t nodes_worth_threads = 20000;
-}
+constexpr std::size_t nodes_of_run = 128;
 
-ContactSearch::ContactSearch(const std::vector<Particle>& bodies, Real reach, Real skin,
+// A wide skin makes long lists, a narrow one many rebuilds. Between these times the reach, it is
+// widened when it has lasted for few steps and narrowed when it has for many.
+constexpr Real narrowest_skin = 0.5;
+constexpr Real widest_skin = 1.25;
+constexpr Real widening = 1.5;
+constexpr Offset few_steps = 40;
+constexpr Offset many_steps = 400;
+
+// Part of the way that the skin allows, after which a rebuild is due that looks at all nodes again
+// and again would only put off.
+constexpr Real near_the_end = 0.8;
+}  // namespace
+
+ContactSearch::ContactSearch(const std::vector<Particle>& bodies, Real reach,
                              std::vector<char> self_contact)
     : self_contact_(std::move(self_contact)),
       reach_(reach),
-      skin_(skin),
+      skin_(narrowest_skin * reach),
       needed_(reach > 0 &&
               (bodies.size() > 1 ||
                std::find(self_contact_.begin(), self_contact_.end(), 1) != self_contact_.end())),
@@ -27,6 +40,7 @@ ContactSearch::ContactSearch(const std::vector<Particle>& bodies, Real reach, Re
 
 bool ContactSearch::needsRebuild(const State& state, int threads) {
   if (!needed_) return false;
+  ++looks_;
   moved_ += std::exchange(travel_, unknown);
   if (moved_ < skin_ / 2) return false;
   const std::size_t n = state.size();
@@ -42,7 +56,7 @@ bool ContactSearch::needsRebuild(const State& state, int threads) {
   }
   if (lost) return true;
   moved_ = std::sqrt(farthest);
-  return !(moved_ < skin_ / 2);
+  return !(moved_ < near_the_end * skin_ / 2);
 }
 
 void ContactSearch::clusterNodes(const State& state, const std::vector<Particle>& bodies) {
@@ -123,7 +137,7 @@ void ContactSearch::markNearNodes(const State& state, std::size_t p, std::size_t
       if (!cluster_boxes_[c].overlaps(other, margin)) continue;
       for (std::size_t k = cluster_start_[c]; k < cluster_start_[c + 1]; ++k) {
         const auto i = static_cast<std::size_t>(clustered_[k]);
-        if (other.overlaps({state.x[i], state.x[i]}, margin)) is_near[i] = 1;
+        if (!is_near[i] && other.overlaps({state.x[i], state.x[i]}, margin)) is_near[i] = 1;
       }
     }
   }
@@ -150,8 +164,17 @@ std::vector<Index> ContactSearch::nodesNearOthers(const State& state,
   return nodes;
 }
 
+void ContactSearch::adaptSkin() {
+  if (rebuilds_ > 0 && looks_ < few_steps)
+    skin_ = std::min(skin_ * widening, widest_skin * reach_);
+  else if (looks_ > many_steps)
+    skin_ = std::max(skin_ / widening, narrowest_skin * reach_);
+  looks_ = 0;
+}
+
 void ContactSearch::rebuild(const State& state, const BondTable& bonds,
                             const std::vector<Particle>& bodies, int threads) {
+  adaptSkin();
   const Real radius = reach_ + skin_;
   near_pairs_ = bodyPairs(state, bodies, radius, threads);
   const std::vector<Index> near = nodesNearOthers(state, bodies, near_pairs_, radius, threads);
@@ -161,32 +184,44 @@ void ContactSearch::rebuild(const State& state, const BondTable& bonds,
     return bodies[static_cast<std::size_t>(state.particle_id[static_cast<std::size_t>(node)])];
   };
 
-  std::vector<std::vector<Index>> rows(near.size());
+  // Runs of nodes have lists of their own, which are then put one after the other.
+  const std::size_t n_runs = (near.size() + nodes_of_run - 1) / nodes_of_run;
+  if (runs_.size() < n_runs) runs_.resize(n_runs);
 #pragma omp parallel for num_threads(threads) \
-    schedule(dynamic, 256) if (near.size() > nodes_worth_threads / 4)
-  for (std::size_t k = 0; k < near.size(); ++k) {
-    const Index i = near[k];
-    const Particle& p = body_of(i);
-    const bool touches_itself = self_contact_[static_cast<std::size_t>(p.id)];
-    auto& row = rows[k];
-    grid.forEachNear(i, [&](Index j) {
-      const bool own = state.particle_id[static_cast<std::size_t>(j)] == p.id;
-      if (own && !touches_itself) return;
-      const Vec3 dx = state.x[static_cast<std::size_t>(j)] - state.x[static_cast<std::size_t>(i)];
-      if (!(dx.squaredNorm() < radius * radius)) return;
-      if (own ? i != j && !bonds.everBonded(i, j) : mayTouch(p, body_of(j))) row.push_back(j);
-    });
-    std::sort(row.begin(), row.end());
+    schedule(dynamic, 1) if (near.size() > nodes_worth_threads / 10)
+  for (std::size_t r = 0; r < n_runs; ++r) {
+    Run& run = runs_[r];
+    run.nodes.clear();
+    run.ends.clear();
+    run.candidates.clear();
+    for (std::size_t k = r * nodes_of_run; k < std::min((r + 1) * nodes_of_run, near.size()); ++k) {
+      const Index i = near[k];
+      const std::size_t begin = run.candidates.size();
+      const Particle& p = body_of(i);
+      const bool touches_itself = self_contact_[static_cast<std::size_t>(p.id)];
+      grid.forEachNear(i, [&](Index j) {
+        const bool own = state.particle_id[static_cast<std::size_t>(j)] == p.id;
+        if (own && !touches_itself) return;
+        const Vec3 dx = state.x[static_cast<std::size_t>(j)] - state.x[static_cast<std::size_t>(i)];
+        if (!(dx.squaredNorm() < radius * radius)) return;
+        if (own ? i != j && !bonds.everBonded(i, j) : mayTouch(p, body_of(j)))
+          run.candidates.push_back(j);
+      });
+      if (run.candidates.size() == begin) continue;
+      std::sort(run.candidates.begin() + static_cast<std::ptrdiff_t>(begin), run.candidates.end());
+      run.nodes.push_back(i);
+      run.ends.push_back(static_cast<Offset>(run.candidates.size()));
+    }
   }
-
   nodes_.clear();
   candidates_.offsets.assign(1, 0);
   candidates_.indices.clear();
-  for (std::size_t k = 0; k < near.size(); ++k) {
-    if (rows[k].empty()) continue;
-    nodes_.push_back(near[k]);
-    candidates_.indices.insert(candidates_.indices.end(), rows[k].begin(), rows[k].end());
-    candidates_.offsets.push_back(static_cast<Offset>(candidates_.indices.size()));
+  for (std::size_t r = 0; r < n_runs; ++r) {
+    const auto begin = static_cast<Offset>(candidates_.indices.size());
+    nodes_.insert(nodes_.end(), runs_[r].nodes.begin(), runs_[r].nodes.end());
+    candidates_.indices.insert(candidates_.indices.end(), runs_[r].candidates.begin(),
+                               runs_[r].candidates.end());
+    for (const Offset end : runs_[r].ends) candidates_.offsets.push_back(begin + end);
   }
   rebuildCenterPairs(state, bodies);
   x_built_ = state.x;

@@ -19,8 +19,7 @@ class ContactSearch {
   ContactSearch() = default;
   // `reach`: largest distance at which two nodes interact. `self_contact[p]`: whether nodes of
   // body p that were never bonded to each other are candidates too.
-  ContactSearch(const std::vector<Particle>& bodies, Real reach, Real skin,
-                std::vector<char> self_contact);
+  ContactSearch(const std::vector<Particle>& bodies, Real reach, std::vector<char> self_contact);
 
   // Whether some node has moved too far since the lists were built. Looks at all nodes, unless the
   // travel noted since the last look shows that none can have.
@@ -48,9 +47,11 @@ class ContactSearch {
   std::pair<std::size_t, std::size_t> bodyRows(const Particle& body) const;
 
   Offset rebuilds() const { return rebuilds_; }
+  Real skin() const { return skin_; }
 
  private:
   using BodyPairs = std::vector<std::pair<Index, Index>>;
+  void adaptSkin();
   void rebuildCenterPairs(const State& state, const std::vector<Particle>& bodies);
   BodyPairs bodyPairs(const State& state, const std::vector<Particle>& bodies, Real margin,
                       int threads);
@@ -65,6 +66,12 @@ class ContactSearch {
       return !((other.lower.array() > upper.array() + margin).any() ||
                (lower.array() > other.upper.array() + margin).any());
     }
+  };
+  // Some nodes with candidates; those of nodes[k] end at ends[k].
+  struct Run {
+    std::vector<Index> nodes;
+    std::vector<Offset> ends;
+    std::vector<Index> candidates;
   };
   Box boxAround(const State& state, std::size_t begin, std::size_t end) const;
   void clusterNodes(const State& state, const std::vector<Particle>& bodies);
@@ -85,10 +92,12 @@ class ContactSearch {
   std::vector<Box> cluster_boxes_;
   std::vector<Index> nodes_;
   AdjacencyList candidates_;
+  std::vector<Run> runs_;
   BodyPairs center_pairs_;
   BodyPairs near_pairs_;
   Real moved_ = unknown;   // upper bound of the motion since the last build
   Real travel_ = unknown;  // and of that since the last look
+  Offset looks_ = 0;       // since the last build
   Offset rebuilds_ = 0;
 };
 

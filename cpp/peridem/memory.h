@@ -32,9 +32,6 @@ struct MemoryCosts {
   std::size_t table = group_numbers * sizeof(double);
   std::size_t flags = sizeof(LaneBits);
   std::size_t tile = static_cast<std::size_t>(lanes);  // nodes of a tile
-  // Largest body that is one block, and nodes of the blocks of larger ones.
-  std::size_t whole = static_cast<std::size_t>(BlockSizes{}.whole);
-  std::size_t piece = static_cast<std::size_t>(BlockSizes{}.piece);
 };
 
 }  // namespace peridem

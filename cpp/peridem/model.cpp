@@ -240,7 +240,8 @@ void DEMModel::moveAndComputeForces(Real k, Real dt) {
                                          bonds_, particles_, deck_.gravity, threads_);
   }
   if (!kicked.within_limit || !(prescribed < speed_limit_ * dt)) reportRunaway(n_, time_);
-  contact_.noteTravel(std::sqrt(3.0) * (dt * kicked.fastest + prescribed));
+  contact_.noteTravel(std::sqrt(deck_.dimension) * dt * kicked.fastest +
+                      std::sqrt(3.0) * prescribed);
   computeContactForces(dt);
   addForceSets();
 }

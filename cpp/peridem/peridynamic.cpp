@@ -96,7 +96,7 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
   addWholeBodies(state, bonds, bodies, sizes.whole, threads);
   for (const Particle& body : bodies)
     if (!body.constrained && body.nodes() > sizes.whole)
-      addPieces(state, bonds, body, sizes.piece, threads);
+      addPieces(state, bonds, body, sizes.nodesOfPiece(body.nodes()), threads);
   // Largest first, so that no thread ends with a long one.
   std::stable_sort(whole_.begin(), whole_.end(), [&](const Block& p, const Block& q) {
     return patterns_[p.pattern].groups.size() > patterns_[q.pattern].groups.size();

@@ -1,6 +1,7 @@
 // Peridynamic forces inside the bodies: break test, dilatation, bond forces, damage.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <memory>
@@ -21,11 +22,19 @@ namespace peridem {
 // they take less than a quarter of the machine's memory; computing takes up to a quarter longer.
 enum class Tables { automatic, all, few };
 
-// Nodes per block of a body that is cut into pieces, and the largest body that is not.
+// The largest body that is one block, and how others are cut: into so many pieces, to share among
+// threads, but for the bounds of their nodes. Small pieces have much of their bonds in common with
+// others, of which both keep a copy; large ones leave the cache. Threads have no say in it.
 struct BlockSizes {
   Tables tables = Tables::automatic;
-  Index piece = 2048;
   Index whole = 1500;
+  Index pieces = 32;
+  Index smallest_piece = 2048;
+  Index largest_piece = 8192;
+
+  Index nodesOfPiece(Index nodes) const {
+    return std::clamp(nodes / pieces, smallest_piece, largest_piece);
+  }
 };
 
 class PeridynamicForce {

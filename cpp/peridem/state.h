@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "huge_pages.h"
 #include "types.h"
 
 namespace peridem {
@@ -25,14 +26,14 @@ struct State {
   std::vector<std::uint8_t> force_fixity;  // bit d set: direction d carries a force set
 
   explicit State(std::size_t n = 0)
-      : x_ref(n, Vec3::Zero()),
-        x(n, Vec3::Zero()),
-        u(n, Vec3::Zero()),
-        v(n, Vec3::Zero()),
-        f(n, Vec3::Zero()),
-        volume(n, 0),
+      : x_ref(arrayInHugePages<Vec3>(n, Vec3::Zero())),
+        x(arrayInHugePages<Vec3>(n, Vec3::Zero())),
+        u(arrayInHugePages<Vec3>(n, Vec3::Zero())),
+        v(arrayInHugePages<Vec3>(n, Vec3::Zero())),
+        f(arrayInHugePages<Vec3>(n, Vec3::Zero())),
+        volume(arrayInHugePages<Real>(n, 0)),
         density(n, 0),
-        theta(n, 0),
+        theta(arrayInHugePages<Real>(n, 0)),
         weighted_volume(n, 0),
         damage_z(n, 0),
         particle_id(n, 0),

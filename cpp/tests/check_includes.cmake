@@ -10,7 +10,7 @@ endif()
 
 # Stems (path without extension), from the ground up.
 set(levels
-  "real errors lanes"
+  "real errors lanes huge_pages"
   "types"
   "fuzzy deck state node_sums neighbors cell_grid simd laws/influence"
   "laws/lps laws/pmb laws/rnp laws/contact influence mesh integrator block_view"

@@ -35,12 +35,14 @@ struct Scene {
     copy(state.volume, grown.volume);
     copy(state.density, grown.density);
     copy(state.particle_id, grown.particle_id);
+    copy(state.zone_id, grown.zone_id);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       const std::size_t i = state.size() + k;
       grown.x[i] = nodes[k];
       grown.volume[i] = volume;
       grown.density[i] = density;
       grown.particle_id[i] = body.id;
+      grown.zone_id[i] = body.zone;
     }
     state = grown;
     bonds.offsets.assign(state.size() + 1, 0);

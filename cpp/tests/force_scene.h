@@ -86,7 +86,7 @@ struct Forces {
 // Bodies of more than 20 nodes are cut into pieces of 13.
 inline BlockSizes smallPieces(Tables tables = Tables::automatic) {
   BlockSizes sizes;
-  sizes.piece = 13;
+  sizes.smallest_piece = sizes.largest_piece = 13;
   sizes.whole = 20;
   sizes.tables = tables;
   return sizes;

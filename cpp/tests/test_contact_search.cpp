@@ -7,7 +7,7 @@ using namespace peridem::test;
 namespace {
 
 constexpr Real reach = 0.08;
-constexpr Real skin = 0.04;
+constexpr Real skin = 0.04;  // at first half the reach
 
 // Clouds of nodes around a centre node: particles, some of which never move, and walls.
 struct Crowd {
@@ -89,7 +89,7 @@ ContactSearch makeSearch(const Crowd& crowd, bool own) {
   std::vector<char> self_contact(crowd.bodies.size(), 0);
   for (std::size_t p = 0; p < self_contact.size(); ++p)
     self_contact[p] = own && !crowd.bodies[p].is_wall && !crowd.bodies[p].constrained;
-  return ContactSearch(crowd.bodies, reach, skin, self_contact);
+  return ContactSearch(crowd.bodies, reach, self_contact);
 }
 
 }  // namespace
@@ -128,16 +128,41 @@ TEST_CASE("contact search: misses no pair of a crowd in random motion") {
     }
 }
 
-TEST_CASE("contact search: rebuilds when a node has moved by half the skin and not before") {
+TEST_CASE("contact search: rebuilds when a node has moved by most of half the skin, not before") {
   Crowd crowd(2);
   ContactSearch search = makeSearch(crowd, false);
   CHECK(search.needsRebuild(crowd.state, 1));  // nothing built yet
   search.rebuild(crowd.state, crowd.bonds, crowd.bodies, 1);
   CHECK_FALSE(search.needsRebuild(crowd.state, 1));
-  crowd.state.x[20][1] += 0.499 * skin;
+  crowd.state.x[20][1] += 0.399 * skin;  // 0.8 of half the skin is 0.4
   CHECK_FALSE(search.needsRebuild(crowd.state, 1));
   crowd.state.x[20][1] += 0.002 * skin;
   CHECK(search.needsRebuild(crowd.state, 1));
+}
+
+TEST_CASE("contact search: the skin is wide in fast motion and narrow in slow motion") {
+  Crowd crowd(2);
+  ContactSearch search = makeSearch(crowd, false);
+  const auto move = [&](Real distance, int steps) {  // every node, and a list that never misses
+    std::size_t missed = 0;
+    for (int n = 0; n < steps; ++n) {
+      for (const Particle& body : crowd.bodies)
+        for (Index i = body.start; i < body.stop; ++i)
+          crowd.state.x[static_cast<std::size_t>(i)][0] += body.id % 2 == 0 ? distance : -distance;
+      search.noteTravel(std::abs(distance));
+      if (search.needsRebuild(crowd.state, 1))
+        search.rebuild(crowd.state, crowd.bonds, crowd.bodies, 1);
+      missed += crowd.mistakes(search, false).first;
+    }
+    return missed;
+  };
+  CHECK(move(0, 1) == 0);
+  CHECK(search.skin() == skin);
+  CHECK(move(0.2 * reach, 60) == 0);  // 12 reach: a rebuild at least every sixth step
+  CHECK(search.skin() == 1.25 * reach);
+  CHECK(move(-0.0005 * reach, 4000) == 0);  // half a reach at least, in 1000 steps
+  CHECK(search.skin() < 1.25 * reach);
+  CHECK(search.skin() >= skin);
 }
 
 TEST_CASE("contact search: looks at the nodes only when the noted travel could be half the skin") {
@@ -197,7 +222,7 @@ TEST_CASE("contact search: nodes that were once bonded are no candidates of each
   BondTable bonds;
   bonds.offsets = {0, 1, 2, 2};
   bonds.neighbors = {1, 0};
-  ContactSearch search(bodies, 1, 0.5, {1});
+  ContactSearch search(bodies, 1, {1});
   search.rebuild(state, bonds, bodies, 1);
   CHECK(search.nodes() == std::vector<Index>{0, 1, 2});
   CHECK(search.candidates().offsets == std::vector<Offset>{0, 1, 2, 4});
@@ -234,7 +259,7 @@ TEST_CASE("contact search: the number of threads changes nothing") {
 TEST_CASE("contact search: a single body needs none") {
   std::vector<Particle> bodies(1);
   bodies[0].stop = 1;
-  ContactSearch search(bodies, 1, 0.5, {0});
+  ContactSearch search(bodies, 1, {0});
   CHECK_FALSE(search.needsRebuild(State(1), 1));
 }
 

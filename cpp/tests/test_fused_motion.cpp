@@ -60,7 +60,7 @@ DEMModel scene(MaterialType type, int dimension) {
 // The largest body in five pieces or so, the others whole.
 BlockSizes someInPieces() {
   BlockSizes sizes;
-  sizes.piece = 40;
+  sizes.smallest_piece = sizes.largest_piece = 40;
   sizes.whole = 100;
   return sizes;
 }

@@ -278,7 +278,7 @@ def _block(dimension: int, body: Any, neighbours: float) -> _Block:
     # A bond is stored once where both ends are in the block: later tiles, and a node's own one.
     groups, halo = 0.5 * (tiles + 1), 0.0
     if not whole:
-        parts = -(-nodes // costs["piece"])
+        parts = -(-nodes // _core.nodes_of_piece(nodes))
         part = nodes / parts
         side = part ** (1 / dimension)
         inner = 1 - parts ** (-1 / dimension)  # of the faces of pieces: the others are the body's
