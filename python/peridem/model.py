@@ -254,7 +254,7 @@ class DEMModel(StagedModel):
     def restore_energy(self, accounts: EnergyAccounts) -> None:
         """Go on with the energy accounts of a checkpoint."""
         self._tracks_energy = True
-        self._core.restore_energy(accounts.flows, *accounts.forces)
+        self._core.restore_energy(accounts.flows, *accounts.forces, accounts.prescribed_works)
 
     def start(self) -> None:
         """Apply the initial velocity and compute the forces at t = 0; done once."""

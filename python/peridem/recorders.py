@@ -42,6 +42,7 @@ __all__ = [
     "register",
     "stress",
     "velocity",
+    "work",
 ]
 
 Values = float | Sequence[float] | Mapping[str, float]
@@ -220,12 +221,16 @@ def contacts(*, every: float | None = None) -> Recorder:
     return _Of(measure, "contacts", every)
 
 
-class _Energy(_Of):
-    """The recorder of `energy`: it has the core keep the accounts, and looks at them at the end."""
+class _Accounts(_Of):
+    """A recorder that has the core keep accounts of energy."""
 
     def begin(self, model: DEMModel) -> None:
         """Before the first step of the run."""
         model.track_energy = True
+
+
+class _Energy(_Accounts):
+    """The recorder of `energy`: it looks at the accounts at the end."""
 
     def warnings(self, model: DEMModel) -> list[str]:
         """After its last step."""
@@ -240,6 +245,19 @@ def energy(*, every: float | None = None) -> Recorder:
     where the recording begins); where they tell that the run is unphysical, it gets a warning.
     """
     return _Energy(diagnostics.energies, "energy", every)
+
+
+def work(bodies: Any, *, every: float | None = None, name: str | None = None) -> Recorder:
+    """Record the work of prescribed motion on bodies: ``work`` [J], per unit thickness in 2D.
+
+    What a moving wall or grips have put in, all of them together; the run keeps accounts from its
+    first step on, as for `energy`. Arguments as in `reaction`.
+    """
+
+    def measure(model: DEMModel) -> dict[str, float]:
+        return {"work": float(diagnostics.prescribed_work(model, bodies).sum())}
+
+    return _Accounts(measure, name or f"work_{_named(bodies)}", every)
 
 
 @register("fragments")

@@ -117,6 +117,62 @@ def test_balance_with_a_moving_wall_closes() -> None:
     assert parts["damping"].iloc[-1] > 0.01
 
 
+def squeezed() -> pd.DEMModel:
+    """A disc between two walls that close in at different speeds."""
+    model = pd.DEMModel(dt=5e-8, threads=1)
+    model.add_particle(Disc(), material=TOUGH, mesh_size=SIZE)
+    for name, y, speed in (("below", -1.4e-3, 3.0), ("above", 1.4e-3, -5.0)):
+        plate = Block((4e-3, 5e-4))
+        wall = model.add_wall(
+            plate, material=TOUGH, mesh_size=SIZE, at=(0, y), fixed=False, name=name
+        )
+        model.prescribe(wall, velocity=(0, speed))
+    model.set_contact(friction=0.3, damping_ratio=0.8, damping_factor=100)
+    return model
+
+
+def test_work_of_walls_is_that_of_the_forces_that_hold_their_speed() -> None:
+    def forces(model: pd.DEMModel) -> dict[str, float]:
+        """Force on each wall, with the velocities that the dampers had in the step."""
+        f = model.state.volume * model.state.f[:, 1]
+        return {name: float(f[model.nodes_of(name)].sum()) for name in ("below", "above")}
+
+    record = ["energy", forces, *(pd.recorders.work(name) for name in ("below", "above"))]
+    model = squeezed()
+    result = model.run(until=6e-5, record=record, record_every=1)
+    works = pd.diagnostics.prescribed_work(model)
+    for body, name, speed in ((1, "below", 3.0), (2, "above", -5.0)):
+        # Nothing is accelerated: what holds the speed is the opposite of the force of contact,
+        # and the sum of 1/2 (F_n + F_n+1) dx is the trapezoid rule.
+        force = -result["forces"][name].to_numpy()
+        expected = speed * model.dt * (force[1:] + force[:-1]).sum() / 2
+        assert expected > 0
+        assert works[body] == pytest.approx(expected, rel=1e-9)
+        work = result[f"work_{name}"]["work"]
+        assert work.iloc[-1] == works[body]
+        assert pd.diagnostics.prescribed_work(model, name).tolist() == [works[body]]
+    assert works[0] == 0
+    assert works.sum() == pytest.approx(result.energy["work_prescribed"].iloc[-1], rel=1e-12)
+
+
+def test_works_of_walls_go_on_from_a_checkpoint_bit_for_bit(tmp_path: Path) -> None:
+    def table(model: pd.DEMModel, **options: Any) -> Any:
+        record = [pd.recorders.work("below"), pd.recorders.work("above")]
+        result = model.run(record=record, record_every=40, **options)
+        return np.column_stack([result.work_below, result.work_above])
+
+    whole = table(squeezed(), until=4e-5)
+    table(squeezed(), steps=400, output=tmp_path, every=400, checkpoint_every=400)
+    again = table(squeezed(), until=4e-5, output=tmp_path, every=400, resume=True)
+    assert np.array_equal(again, whole)
+    assert (whole[-1] > whole[10]).all()  # the walls press before and after
+
+
+def test_work_of_walls_needs_accounts() -> None:
+    with pytest.raises(pd.InputError, match=r"track_energy = False.*record 'energy'"):
+        pd.diagnostics.prescribed_work(squeezed())
+
+
 def test_balance_with_forces_and_a_sliding_wall_closes() -> None:
     model = pushed((3, 0), friction=0.5)
     model.apply_force("disc", density=lambda t: (0, -1e8 * np.sin(1e5 * t)))
