@@ -134,7 +134,7 @@ def energy_warnings(row: Mapping[str, float]) -> list[str]:
             f"energy: the balance is open by {100 * parts['residual']:.2g} % of the input "
             f"({row['residual']:.3g} of {given:.3g} J): the time step is too long for what happens "
             "(stiff springs between broken neighbours, hard impacts), or the state was written to; "
-            "use a smaller dt, or bond_breaking='tension'"
+            "use a smaller dt (in Python: safety=0.1), or bond_breaking='tension'"
         )
     if parts["created"] > CREATED_LIMIT:
         texts.append(
