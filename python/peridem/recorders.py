@@ -14,7 +14,7 @@ registry:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
@@ -262,13 +262,23 @@ def work(bodies: Any, *, every: float | None = None, name: str | None = None) ->
 
 @register("fragments")
 def fragments(
-    bodies: Any = None, *, every: float | None = None, name: str | None = None
+    bodies: Any = None,
+    *,
+    sieves: Sequence[float] | None = None,
+    every: float | None = None,
+    name: str | None = None,
 ) -> Recorder:
     """Record the number and masses [kg] of the fragments of bodies, all but walls by default.
 
     Columns: ``count``, ``single`` (fragments of one node), ``largest`` and ``mean`` mass, and
-    ``mass`` of all; arguments as in `reaction`. For the fragments themselves see
+    ``mass`` of all; other arguments as in `reaction`. For the fragments themselves see
     `peridem.diagnostics.fragments`.
+
+    Parameters
+    ----------
+    sieves : sequence of float, optional
+        Diameters [m] of a grading curve: columns ``passing_<diameter>``, the part of the mass in
+        fragments up to it (`Fragments.size_distribution`).
     """
 
     def measure(model: DEMModel) -> dict[str, float]:
@@ -280,7 +290,13 @@ def fragments(
             "largest": float(masses.max(initial=0.0)),
             "mean": float(masses.mean()) if len(found) else 0.0,
             "mass": float(masses.sum()),
+            **{f"passing_{size:g}": part for size, part in grading(found)},
         }
+
+    def grading(found: diagnostics.Fragments) -> Iterator[tuple[float, float]]:
+        if sieves is not None:
+            passing = found.size_distribution(sieves)["passing"]
+            yield from zip(passing.index, passing.astype(float), strict=True)
 
     label = "fragments" if bodies is None else f"fragments_{_named(bodies)}"
     return _Of(measure, name or label, every)

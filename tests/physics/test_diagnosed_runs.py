@@ -78,6 +78,34 @@ def test_fragments_of_a_body_cut_in_known_pieces_have_their_masses() -> None:
     assert row["largest"] == pytest.approx(found.masses.max(), rel=1e-14)
 
 
+def test_grading_of_fragments_is_recorded_over_time() -> None:
+    # Three strips of a bar, of which the left one is cut in two on the way.
+    model = pd.DEMModel(threads=1, dt=1e-7)
+    bar = model.add_particle(Block((2e-3, 5e-4)), material=TOUGH, mesh_size=1e-4)
+    cut(model, [-5e-4 + 1e-9, 3e-4 + 1e-9])
+    strips = diagnostics.fragments(model)
+    left, middle, right = strips.masses
+    assert left < right < middle
+    sizes = np.sort(strips.diameters)
+    sieves = (sizes[0] * 0.5, sizes[0] * 0.999, *(sizes[1:] * 1.001))
+
+    def halve(model: pd.DEMModel) -> None:
+        if model.n == 10:
+            cut(model, [-7e-4 + 1e-9, -5e-4 + 1e-9, 3e-4 + 1e-9])
+
+    record = [pd.recorders.fragments(bar, sieves=sieves, name="pieces")]
+    table = model.run(
+        steps=20, record=record, record_every=5, callback=halve, callback_every=5
+    ).pieces
+    passing = table[[f"passing_{size:g}" for size in sieves]].to_numpy()
+    assert table["count"].tolist() == [3, 3, 3, 4, 4]
+    # Before the cut no piece is below the left strip; after it both of its halves are.
+    whole = left + middle + right
+    before = np.array([0, 0, left + right, whole]) / whole
+    after = np.array([0, left, left + right, whole]) / whole
+    np.testing.assert_allclose(passing, [before] * 3 + [after] * 2, rtol=1e-12)
+
+
 def test_fragments_follow_a_body_whose_bonds_all_break() -> None:
     model = pd.DEMModel(threads=1, dt=1e-7)
     model.add_particle(Disc(), material=TOUGH, mesh_size=SIZE)
