@@ -55,12 +55,21 @@ py::tuple energyForces(const DEMModel& model) {
                         pointsArray(forces.sets));
 }
 
+// Work of prescribed motion on each body.
+py::array_t<Real> prescribedWorks(const DEMModel& model) {
+  const auto& works = model.energyTracker().prescribedWorks();
+  return py::array_t<Real>(static_cast<py::ssize_t>(works.size()), works.data());
+}
+
 void restoreEnergy(DEMModel& model, const py::dict& values, const PointArray& friction,
-                   const PointArray& damping, const PointArray& sets) {
+                   const PointArray& damping, const PointArray& sets,
+                   const std::vector<Real>& prescribed_works) {
   EnergyFlows flows;
   forEachFlow(flows, [&](const char* name, Real& value) { value = values[name].cast<Real>(); });
-  model.restoreEnergy(flows, {{toPoints(friction, "friction"), toPoints(damping, "damping")},
-                              toPoints(sets, "sets")});
+  model.restoreEnergy(
+      flows,
+      {{toPoints(friction, "friction"), toPoints(damping, "damping")}, toPoints(sets, "sets")},
+      prescribed_works);
 }
 
 py::array_t<Real> bondVirials(DEMModel& model) {
@@ -129,7 +138,8 @@ void bindDiagnostics(py::class_<DEMModel>& model) {
       .def("energy_flows", &energyFlows)
       .def("energy_forces", &energyForces)
       .def("restore_energy", &restoreEnergy, py::arg("flows"), py::arg("friction"),
-           py::arg("damping"), py::arg("sets"))
+           py::arg("damping"), py::arg("sets"), py::arg("prescribed_works"))
+      .def("prescribed_works", &prescribedWorks)
       .def("bond_virials", &bondVirials)
       .def("fragment_labels", &fragmentLabels)
       .def("node_contacts", &nodeContacts)

@@ -235,7 +235,7 @@ void bindModel(py::module_& m) {
       .def("stable_time_step",
            [](const DEMModel& model) {
              const auto limit = model.stableTimeStep();
-             return std::make_pair(limit.bonds, limit.contact);
+             return std::make_tuple(limit.bonds, limit.contact, limit.self_contact);
            })
       .def("timings", &timings)
       .def("contact_law", &contactLaw, py::arg("body_i"), py::arg("body_j"))

@@ -7,10 +7,10 @@
 
 namespace peridem {
 
-// Volume of a body in the centre damping: the disc of the bounding radius. The original takes the
-// disc in 3D too; ours the body's own volume there.
+// |Omega_p| of (27), the volume of the body (area in 2D); in the original the disc of the bounding
+// radius, in 3D too.
 Real ContactForce::dampedVolume(const Particle& body) const {
-  if (dimension_ == 3 && compatibility_ == Compatibility::corrected) return body.volume;
+  if (compatibility_ == Compatibility::corrected) return body.volume;
   return pi * body.bounding_radius * body.bounding_radius;
 }
 

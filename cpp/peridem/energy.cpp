@@ -111,22 +111,31 @@ void EnergyTracker::begin(const EnergyScene& scene, ContactParts contact) {
   const Energies now = energies(scene);
   flows_.start = now.sum();
   flows_.tangential_start = now.tangential;
+  prescribed_works_.assign(scene.bodies.size(), 0);
   forces_.contact = std::move(contact);
   setForceSets(scene);
   noteFlags(scene);
 }
 
-void EnergyTracker::restore(const EnergyScene& scene, const EnergyFlows& flows, Forces forces) {
+void EnergyTracker::restore(const EnergyScene& scene, const EnergyFlows& flows, Forces forces,
+                            std::vector<Real> prescribed_works) {
   flows_ = flows;
   forces_ = std::move(forces);
+  prescribed_works_ = std::move(prescribed_works);
   noteFlags(scene);
 }
 
 void EnergyTracker::noteFlags(const EnergyScene& scene) {
   intact_ = scene.bonds.intact;
   driven_.clear();
-  for (std::size_t i = 0; i < scene.state.size(); ++i)
-    if (scene.state.fixity[i] != 0) driven_.push_back(static_cast<Index>(i));
+  driven_ranges_.clear();
+  for (const Particle& body : scene.bodies) {
+    const std::size_t begin = driven_.size();
+    for (Index i = body.start; i < body.stop; ++i)
+      if (scene.state.fixity[static_cast<std::size_t>(i)] != 0) driven_.push_back(i);
+    if (driven_.size() > begin)
+      driven_ranges_.push_back({static_cast<std::size_t>(body.id), begin, driven_.size()});
+  }
 }
 
 void EnergyTracker::setForceSets(const EnergyScene& scene) {
@@ -151,11 +160,11 @@ void EnergyTracker::beforeStep(const EnergyScene& scene) {
 void EnergyTracker::afterStep(const EnergyScene& scene) {
   setForceSets(scene);
   addWork(scene);
+  addPrescribedWork(scene);
   addFracture(scene);
 }
 
-// sum of 1/2 V (f_n + f_{n+1}) . dx of one kind of force; what drives a node is the force that its
-// mass times acceleration wants besides f.
+// sum of 1/2 V (f_n + f_{n+1}) . dx of one kind of force
 void EnergyTracker::addWork(const EnergyScene& scene) {
   const State& s = scene.state;
   const auto sums = sumOverNodes<3>(s.size(), scene.threads, [&](std::size_t i, auto& sum) {
@@ -167,17 +176,28 @@ void EnergyTracker::addWork(const EnergyScene& scene) {
   flows_.friction -= sums[0];
   flows_.damping -= sums[1];
   flows_.work_forces += sums[2];
-  const auto driven = sumOverNodes<1>(driven_.size(), scene.threads, [&](std::size_t k, auto& sum) {
-    const auto i = static_cast<std::size_t>(driven_[k]);
-    const Vec3 way = s.u[i] - u_before_[i];
-    for (int d = 0; d < 3; ++d) {
-      if (!((s.fixity[i] >> d) & 1)) continue;
-      const Real v = s.v[i][d], before = v_before_[k][d];
-      sum[0] += 0.5 * s.volume[i] *
-                (s.density[i] * (v * v - before * before) - (f_before_[k][d] + s.f[i][d]) * way[d]);
-    }
-  });
-  flows_.work_prescribed += driven[0];
+}
+
+// The same of what drives a node: the force that its mass times acceleration wants besides f.
+void EnergyTracker::addPrescribedWork(const EnergyScene& scene) {
+  const State& s = scene.state;
+  for (const DrivenRange& range : driven_ranges_) {
+    const auto add = [&](std::size_t row, auto& sum) {
+      const std::size_t k = range.begin + row;
+      const auto i = static_cast<std::size_t>(driven_[k]);
+      const Vec3 way = s.u[i] - u_before_[i];
+      for (int d = 0; d < 3; ++d) {
+        if (!((s.fixity[i] >> d) & 1)) continue;
+        const Real v = s.v[i][d], before = v_before_[k][d];
+        sum[0] +=
+            0.5 * s.volume[i] *
+            (s.density[i] * (v * v - before * before) - (f_before_[k][d] + s.f[i][d]) * way[d]);
+      }
+    };
+    const Real work = sumOverNodes<1>(range.end - range.begin, scene.threads, add)[0];
+    prescribed_works_[range.body] += work;
+    flows_.work_prescribed += work;
+  }
 }
 
 // The nodes whose bonds broke in this step, with their old and new flags in the middle of it. The

@@ -86,11 +86,20 @@ class EnergyTracker {
 
   EnergyFlows flows() const { return flows_; }
   const Forces& forces() const { return forces_; }
-  // Goes on from what flows() and forces() were.
-  void restore(const EnergyScene& scene, const EnergyFlows& flows, Forces forces);
+  // Of the work of prescribed motion, that on each body [J].
+  const std::vector<Real>& prescribedWorks() const { return prescribed_works_; }
+  // Goes on from what flows(), forces() and prescribedWorks() were.
+  void restore(const EnergyScene& scene, const EnergyFlows& flows, Forces forces,
+               std::vector<Real> prescribed_works);
 
  private:
+  // The nodes [begin, end) of driven_ of a body.
+  struct DrivenRange {
+    std::size_t body, begin, end;
+  };
+
   void addWork(const EnergyScene& scene);
+  void addPrescribedWork(const EnergyScene& scene);
   void addFracture(const EnergyScene& scene);
   void setForceSets(const EnergyScene& scene);
   void noteFlags(const EnergyScene& scene);
@@ -99,8 +108,10 @@ class EnergyTracker {
   Forces forces_, forces_before_;
   std::vector<Vec3> u_before_;
   std::vector<Vec3> v_before_, f_before_;  // of driven nodes
-  std::vector<Index> driven_;              // nodes with prescribed motion
-  std::vector<std::uint8_t> intact_;       // flags before the step
+  std::vector<Real> prescribed_works_;     // of each body
+  std::vector<Index> driven_;              // nodes with prescribed motion, body by body
+  std::vector<DrivenRange> driven_ranges_;
+  std::vector<std::uint8_t> intact_;  // flags before the step
 };
 
 }  // namespace peridem

@@ -96,7 +96,8 @@ class DEMModel {
   bool tracksEnergy() const { return tracks_energy_; }
   Energies energies();
   const EnergyTracker& energyTracker() const { return energy_; }
-  void restoreEnergy(const EnergyFlows& flows, EnergyTracker::Forces forces);
+  void restoreEnergy(const EnergyFlows& flows, EnergyTracker::Forces forces,
+                     std::vector<Real> prescribed_works);
   std::vector<Eigen::Matrix3d> bondVirials();  // see bond_energy.h
 
   // Damage Z of the current state into the state; it is renewed whenever integrate() returns.

@@ -48,13 +48,17 @@ void DEMModel::beginEnergy() {
   energy_.begin(energyScene(), std::move(parts));
 }
 
-void DEMModel::restoreEnergy(const EnergyFlows& flows, EnergyTracker::Forces forces) {
+void DEMModel::restoreEnergy(const EnergyFlows& flows, EnergyTracker::Forces forces,
+                             std::vector<Real> prescribed_works) {
   for (const auto* part : {&forces.contact.friction, &forces.contact.damping, &forces.sets})
     if (part->size() != state_.size())
       throw InputError("restoreEnergy: " + std::to_string(part->size()) + " forces for " +
                        std::to_string(state_.size()) + " nodes");
+  if (prescribed_works.size() != particles_.size())
+    throw InputError("restoreEnergy: " + std::to_string(prescribed_works.size()) + " works for " +
+                     std::to_string(particles_.size()) + " bodies");
   if (!started_) throw InputError("restoreEnergy: the model has not started; call restore first");
-  energy_.restore(energyScene(), flows, std::move(forces));
+  energy_.restore(energyScene(), flows, std::move(forces), std::move(prescribed_works));
   tracks_energy_ = true;
 }
 

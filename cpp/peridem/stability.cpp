@@ -108,13 +108,38 @@ Real bondStiffness(const State& state, const BondTable& bonds,
   return largest;
 }
 
+Real nodeVolume(const Particle& body) {
+  return body.volume / static_cast<Real>(body.nodes());
+}
+
+// Whether bonds of the length r break before they are stretched to double their length.
+bool breaks(const Lps& law, Real) {
+  return law.s0 < 1;
+}
+
+bool breaks(const Pmb& law, Real) {
+  return law.break_limit < 1;
+}
+
+bool breaks(const Rnp& law, Real r) {
+  return law.break_factor * law.sc_times_sqrt_r < std::sqrt(r);
+}
+
+// Largest omega^2 of two nodes whose bond has broken: Kn V 2/rho.
+Real selfContactStiffness(const std::vector<Particle>& bodies) {
+  Real largest = 0;
+  for (const Particle& body : bodies) {
+    const auto may_break = [&](const auto& law) { return breaks(law, body.mesh_size); };
+    if (body.constrained || !std::visit(may_break, body.law)) continue;
+    largest = std::max(largest, body.self_contact_kn * nodeVolume(body) * 2 / body.density);
+  }
+  return largest;
+}
+
 // Largest omega^2 of two nodes in contact: Kn V (1/rho + 1/rho'). Law and density are those of the
 // zones, so that of each zone the bodies with the largest nodes are enough: one of each kind for
 // mayTouch(), and the second largest of its kind for the largest itself.
 Real contactStiffness(const std::vector<Particle>& bodies, const ContactForce& contact) {
-  const auto nodeVolume = [](const Particle& body) {
-    return body.volume / static_cast<Real>(body.nodes());
-  };
   using Kind = std::tuple<Index, bool, bool>;
   std::map<Kind, std::array<const Particle*, 2>> largest_of;
   for (const Particle& body : bodies) {
@@ -150,7 +175,7 @@ StableTimeStep stableTimeStep(const State& state, const BondTable& bonds,
                               const std::vector<Particle>& bodies, const ContactForce& contact,
                               int threads) {
   return {limit(bondStiffness(state, bonds, influences, bodies, threads)),
-          limit(contactStiffness(bodies, contact))};
+          limit(contactStiffness(bodies, contact)), limit(selfContactStiffness(bodies))};
 }
 
 }  // namespace peridem

@@ -41,11 +41,25 @@ Scene twoBodies(const ContactDeck& c) {
 }  // namespace
 
 TEST_CASE("centre damping: two approaching bodies by hand") {
-  // c = (v_q - v_p) . n = -3 between the first nodes; m = 4 pi and 12 pi, meq = 6 pi,
-  // beta = sqrt(6 pi); every node of p gets -3 beta / pi, of q 3 beta / (4 pi).
-  const Scene scene = twoBodies(damped(restitution));
-  const Vec3 on_p(-3 * std::sqrt(6 * pi) / pi, 0, 0);
-  checkForces(scene.forces(), {on_p, on_p, -on_p / 4, -on_p / 4});
+  // c = (v_q - v_p) . n = -3 between the first nodes; m = 4 / 2 and 3 * 1, meq = 12/5,
+  // beta = sqrt(12/5); every node of p gets -3 beta / (1/2), of q 3 beta / 1.
+  for (const int dimension : {2, 3}) {
+    Scene scene = twoBodies(damped(restitution));
+    scene.deck.dimension = dimension;
+    const Vec3 on_p(-3 * std::sqrt(2.4) / 0.5, 0, 0);
+    checkForces(scene.forces(), {on_p, on_p, -on_p / 2, -on_p / 2});
+  }
+}
+
+TEST_CASE("centre damping: in the original by discs of the bounding radius") {
+  // volumes pi and 4 pi: m = 4 pi and 12 pi, meq = 6 pi
+  for (const int dimension : {2, 3}) {
+    Scene scene = twoBodies(damped(restitution));
+    scene.deck.dimension = dimension;
+    scene.deck.compatibility = Compatibility::original;
+    const Vec3 on_p(-3 * std::sqrt(6 * pi) / pi, 0, 0);
+    checkForces(scene.forces(), {on_p, on_p, -on_p / 4, -on_p / 4});
+  }
 }
 
 TEST_CASE("centre damping: none between bodies that part or that are farther apart") {
@@ -74,19 +88,6 @@ TEST_CASE("centre damping: the factor Beta_n_Factor multiplies it") {
   const auto thrice = twoBodies(c).forces();
   for (std::size_t i = 0; i < once.size(); ++i)
     CHECK(relativeError(thrice[i], Vec3(3 * once[i])) < 20 * epsilon);
-}
-
-TEST_CASE("centre damping: in 3D the bodies' volumes, in the original discs") {
-  // m_p = 4 * 0.5, m_q = 3 * 1: meq = 12/5
-  Scene scene = twoBodies(damped(restitution));
-  scene.deck.dimension = 3;
-  const Real beta = std::sqrt(2.4);
-  const Vec3 on_p(-3 * beta / 0.5, 0, 0);
-  const Vec3 on_q(3 * beta / 1, 0, 0);
-  checkForces(scene.forces(), {on_p, on_p, on_q, on_q});
-  scene.deck.compatibility = Compatibility::original;
-  const Vec3 disc(-3 * std::sqrt(6 * pi) / pi, 0, 0);
-  checkForces(scene.forces(), {disc, disc, -disc / 4, -disc / 4});
 }
 
 TEST_CASE("centre damping: by the criterion of nodes only while nodes touch") {
@@ -125,8 +126,8 @@ Scene overWall() {
 }  // namespace
 
 TEST_CASE("wall damping: every wall node in reach once, by hand, and the reaction on it") {
-  // vol = pi, meq = 4 pi, beta = 2 sqrt(pi); node 2 (below): c = -2, node 3 (right): c = -4.
-  const Real by_volume = 2 * std::sqrt(pi) / pi;
+  // vol = 1, meq = 4, beta = 2; node 2 (below): c = -2, node 3 (right): c = -4.
+  const Real by_volume = 2;
   const Vec3 below(0, 2 * by_volume, 0);   // beta c n / vol with n = (0, -1, 0)
   const Vec3 right(-4 * by_volume, 0, 0);  // n = (1, 0, 0)
   // The particle's own volume is 1: the wall nodes of volume 1/4 take four times the density.

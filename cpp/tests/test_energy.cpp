@@ -151,8 +151,11 @@ TEST_CASE("energy: sums over nodes do not depend on the number of threads") {
 TEST_CASE("energy: accounts that do not fit the model are refused") {
   DEMModel model = square(MaterialType::pd_state);
   model.start();
-  const std::string message = messageOf([&] { model.restoreEnergy({}, {}); });
+  const std::string message = messageOf([&] { model.restoreEnergy({}, {}, {0}); });
   CHECK(contains(message, "0 forces for 30 nodes"));
+  const std::vector<Vec3> none(30, Vec3::Zero());
+  const EnergyTracker::Forces forces{{none, none}, none};
+  CHECK(contains(messageOf([&] { model.restoreEnergy({}, forces, {}); }), "0 works for 1 bodies"));
 }
 
 }  // namespace peridem::test

@@ -487,6 +487,35 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("stable time step: that of self-contact is of bodies whose bonds can break") {
+  const Real spacing = 0.1;
+  const auto make = [](MaterialType type, Real fracture_energy) {
+    MaterialDeck m = material(type, 0.3);
+    m.fracture_energy = fracture_energy;
+    return m;
+  };
+  // s0 = 0.1 (0.06 for bonds), and far above 1
+  const Real brittle = 1e5, tough = 1e12;
+  const auto limit = [&](const MaterialDeck& m, bool held) {
+    ModelDeck deck = oneBody(quadGrid(4, 4, spacing), m);
+    deck.bodies[0].constrained = held;
+    DEMModel model(deck, 1);
+    model.init();
+    const Particle& body = model.particles()[0];
+    // w'' = -Kn V 2/rho w of two nodes that the spring keeps apart
+    const Real volume = body.volume / static_cast<Real>(body.nodes());
+    const Real expected = 2 / std::sqrt(2 * body.self_contact_kn * volume / body.density);
+    return model.stableTimeStep().self_contact / expected;
+  };
+  for (const auto type : {MaterialType::pd_state, MaterialType::pmb_bond, MaterialType::rnp_bond}) {
+    CAPTURE(static_cast<int>(type));
+    CHECK(relativeError(limit(make(type, brittle), false), 1) < 4 * epsilon);
+    CHECK(std::isinf(limit(make(type, brittle), true)));
+    CHECK(std::isinf(limit(make(type, tough), false)));
+  }
+  CHECK(std::isinf(limit(make(MaterialType::pd_elastic_bond, brittle), false)));
+}
+
 TEST_CASE("stable time step: needs bonds, so init first") {
   CHECK_THROWS_AS(DEMModel(smallDeck(), 1).stableTimeStep(), InputError);
 }

@@ -67,10 +67,13 @@ class EnergyAccounts:
         Works and dissipations so far, and what there was at the beginning [J].
     forces : tuple of ndarray, shape (n_nodes, 3)
         Force densities of friction, dampers and force sets at the last evaluation [N/m^3].
+    prescribed_works : ndarray, shape (n_bodies,)
+        Work of prescribed motion on each body so far [J].
     """
 
     flows: dict[str, float]
     forces: tuple[NDArray[np.float64], ...]
+    prescribed_works: NDArray[np.float64]
 
 
 _ENERGY_FORCES = ("friction", "damping", "sets")
@@ -398,6 +401,7 @@ def _contents(model: DEMModel, identity: dict[str, Any], inputs: dict[str, str])
         contents.attributes["energy"] = model._core.energy_flows()
         forces = zip(_ENERGY_FORCES, model._core.energy_forces(), strict=True)
         contents.arrays.update({f"energy/{name}": force for name, force in forces})
+        contents.arrays["energy/prescribed_works"] = model._core.prescribed_works()
     return contents
 
 
@@ -454,6 +458,7 @@ def _unpack_energy(file: Any) -> EnergyAccounts | None:
     return EnergyAccounts(
         {name: float(value) for name, value in accounts.attrs.items()},
         tuple(accounts[name][:] for name in _ENERGY_FORCES),
+        accounts["prescribed_works"][:],
     )
 
 

@@ -118,7 +118,7 @@ def time_step_warnings(model: DEMModel) -> list[str]:
     """Return warnings about a time step above the estimated limits, of bonds or of contact.
 
     The contact limit is on the safe side: up to `CONTACT_MARGIN` times it is a matter of
-    `contact_time_step_note`.
+    `time_step_notes`.
     """
     limit = model.stable_time_step()
     warnings = []
@@ -132,16 +132,26 @@ def time_step_warnings(model: DEMModel) -> list[str]:
     return warnings
 
 
-def contact_time_step_note(model: DEMModel) -> str | None:
-    """Return a note when the time step is a little above the limit of contact, else None."""
+def time_step_notes(model: DEMModel) -> list[str]:
+    """Return notes about a time step above limits that only matter if something happens.
+
+    A little above that of contact, and above that of the springs between the ends of broken bonds.
+    """
     limit = model.stable_time_step()
-    if not limit.contact < model.dt <= min(limit.bonds, CONTACT_MARGIN * limit.contact):
-        return None
-    what = "the estimated stable one of two nodes in full contact"
-    return (
-        f"{_time_step_text(model, limit.contact, what)} if bodies rebound too fast (the estimate "
-        f"is on the safe side: from {CONTACT_MARGIN:g} times it on this is a warning)"
-    )
+    notes = []
+    if limit.contact < model.dt <= min(limit.bonds, CONTACT_MARGIN * limit.contact):
+        what = "the estimated stable one of two nodes in full contact"
+        notes.append(
+            f"{_time_step_text(model, limit.contact, what)} if bodies rebound too fast (the "
+            f"estimate is on the safe side: from {CONTACT_MARGIN:g} times it on this is a warning)"
+        )
+    if limit.self_contact < 0.99 * min(limit.bonds, limit.contact, model.dt):
+        what = "the estimated stable one of the springs between the ends of broken bonds"
+        notes.append(
+            f"{_time_step_text(model, limit.self_contact, what)} if bonds break and their ends "
+            "are pressed together"
+        )
+    return notes
 
 
 def _time_step_text(model: DEMModel, limit: float, what: str) -> str:

@@ -114,15 +114,15 @@ def _quadratic_motion(deck: Deck) -> Iterator[Defect]:
 def _center_damping(
     deck: Deck, bodies: Sequence[BodyPlan], touching: list[tuple[Pair, Contact]]
 ) -> Iterator[Defect]:
-    if deck.model.dimension != 3 or len(bodies) < 2:
+    if len(bodies) < 2:
         return
     for pair, contact in touching:
         dissipates = contact.epsilon is not None and contact.epsilon < 1
         if contact.damping_on and dissipates and contact.beta_n_factor > 0:
             yield Defect(
                 f"{_key(pair)}.Epsilon",
-                "damping between centres takes the area pi R^2 for the volume of a body",
-                "damping between centres uses the volume of the body",
+                "damping between centres takes the disc of the bounding radius for a body's volume",
+                "damping between centres uses the volume of the body (its area in 2D)",
             )
             return
 

@@ -64,7 +64,11 @@ class StableTimeStep:
         Limit [s] of the linearised bond forces.
     contact : float
         Limit [s] of two nodes in full contact.
+    self_contact : float
+        Limit [s] of the spring that keeps the ends of a broken bond apart, in bodies that can
+        break; infinite without.
     """
 
     bonds: float
     contact: float
+    self_contact: float

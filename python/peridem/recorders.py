@@ -14,7 +14,7 @@ registry:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
@@ -42,6 +42,7 @@ __all__ = [
     "register",
     "stress",
     "velocity",
+    "work",
 ]
 
 Values = float | Sequence[float] | Mapping[str, float]
@@ -220,12 +221,16 @@ def contacts(*, every: float | None = None) -> Recorder:
     return _Of(measure, "contacts", every)
 
 
-class _Energy(_Of):
-    """The recorder of `energy`: it has the core keep the accounts, and looks at them at the end."""
+class _Accounts(_Of):
+    """A recorder that has the core keep accounts of energy."""
 
     def begin(self, model: DEMModel) -> None:
         """Before the first step of the run."""
         model.track_energy = True
+
+
+class _Energy(_Accounts):
+    """The recorder of `energy`: it looks at the accounts at the end."""
 
     def warnings(self, model: DEMModel) -> list[str]:
         """After its last step."""
@@ -242,15 +247,38 @@ def energy(*, every: float | None = None) -> Recorder:
     return _Energy(diagnostics.energies, "energy", every)
 
 
+def work(bodies: Any, *, every: float | None = None, name: str | None = None) -> Recorder:
+    """Record the work of prescribed motion on bodies: ``work`` [J], per unit thickness in 2D.
+
+    What a moving wall or grips have put in, all of them together; the run keeps accounts from its
+    first step on, as for `energy`. Arguments as in `reaction`.
+    """
+
+    def measure(model: DEMModel) -> dict[str, float]:
+        return {"work": float(diagnostics.prescribed_work(model, bodies).sum())}
+
+    return _Accounts(measure, name or f"work_{_named(bodies)}", every)
+
+
 @register("fragments")
 def fragments(
-    bodies: Any = None, *, every: float | None = None, name: str | None = None
+    bodies: Any = None,
+    *,
+    sieves: Sequence[float] | None = None,
+    every: float | None = None,
+    name: str | None = None,
 ) -> Recorder:
     """Record the number and masses [kg] of the fragments of bodies, all but walls by default.
 
     Columns: ``count``, ``single`` (fragments of one node), ``largest`` and ``mean`` mass, and
-    ``mass`` of all; arguments as in `reaction`. For the fragments themselves see
+    ``mass`` of all; other arguments as in `reaction`. For the fragments themselves see
     `peridem.diagnostics.fragments`.
+
+    Parameters
+    ----------
+    sieves : sequence of float, optional
+        Diameters [m] of a grading curve: columns ``passing_<diameter>``, the part of the mass in
+        fragments up to it (`Fragments.size_distribution`).
     """
 
     def measure(model: DEMModel) -> dict[str, float]:
@@ -262,7 +290,13 @@ def fragments(
             "largest": float(masses.max(initial=0.0)),
             "mean": float(masses.mean()) if len(found) else 0.0,
             "mass": float(masses.sum()),
+            **{f"passing_{size:g}": part for size, part in grading(found)},
         }
+
+    def grading(found: diagnostics.Fragments) -> Iterator[tuple[float, float]]:
+        if sieves is not None:
+            passing = found.size_distribution(sieves)["passing"]
+            yield from zip(passing.index, passing.astype(float), strict=True)
 
     label = "fragments" if bodies is None else f"fragments_{_named(bodies)}"
     return _Of(measure, name or label, every)

@@ -15,7 +15,7 @@ from .background import BackgroundWriter
 from .bodies import BodyPlan
 from .build import BuiltModel, build_model
 from .checkpoint import Checkpoint, has_checkpoint, newest_checkpoint
-from .checks import check_model, contact_time_step_note
+from .checks import check_model, time_step_notes
 from .compatibility import compatibility_notes
 from .deck import Deck, Output
 from .deck.schema import Tag
@@ -203,9 +203,7 @@ class StagedModel(InteractionBuilder, ModelView):
         except InputError as error:
             self._initialized = False
             raise InputError(self._say(str(error))) from error
-        note = contact_time_step_note(self._whole)
-        if note is not None:
-            self.notes.append(note)
+        self.notes += time_step_notes(self._whole)
         self._put_in_words()
         if self._restarts:
             self._restarts, self._goes_on = False, True

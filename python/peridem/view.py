@@ -192,8 +192,8 @@ class ModelView(ABC):
     def stable_time_step(self) -> StableTimeStep:
         """Estimate the largest stable time steps, on the safe side.
 
-        Gershgorin bound of the linearised bond forces and of a full contact; see the core's
-        ``DEMModel::stableTimeStep``.
+        Gershgorin bound of the linearised bond forces, a full contact, and the spring between
+        the ends of a broken bond; see the core's ``DEMModel::stableTimeStep``.
         """
         self.init()
         if self._stable_time_step is None:  # it stays as it is: only the reference bonds count

@@ -32,13 +32,13 @@ def approach_speed(model):
 
 def test_dashpot_alone_slows_the_approach_geometrically(deck_folder):
     # Before nodes touch (gap > Rc) both discs are pulled as a whole, c' = -rate c with rate =
-    # 2 beta / (rho pi R^2). Nothing is deformed, so that the sums of the integrator are exact:
+    # 2 beta / m, m the mass. Nothing is deformed, so that the sums of the integrator are exact:
     # half a kick by the force at hand, and half a kick by that of the new velocity.
     rc, v0 = 1e-4, 1e-4
     damping = {"Contact_Radius": rc, "Damping_On": True, "Epsilon": 0.9, "Beta_n_Factor": 400.0}
     model = facing_discs(deck_folder, 1.009 * rc, v0, damping)
     betan = 400 * 2 * 0.1053605157 / np.sqrt(np.pi**2 + 0.1053605157**2)  # ln 0.9
-    mass = RHO * np.pi * R**2
+    mass = RHO * model.particles[0].volume
     rate = 2 * betan * np.sqrt(2.0e9 * rc * mass) / mass
     half = rate * model.dt / 2
     c, c_of_force = v0, v0
@@ -57,7 +57,7 @@ def test_restitution_of_hard_discs_follows_the_damped_oscillator(deck_folder, ep
     # One pair of nodes touches, a spring k = Kn V^2 soft against the discs: k << K. The overlap
     # obeys d'' + 2 zeta omega d' + omega^2 d = 0 while it grows and d'' + omega^2 d = 0 while it
     # shrinks, as the dashpot only resists approach. With omega^2 = 2k/m and 2 zeta omega =
-    # 2 beta / (rho pi R^2) the largest overlap is v0/omega exp(-zeta acos(zeta)/sqrt(1-zeta^2)),
+    # 2 beta / m the largest overlap is v0/omega exp(-zeta acos(zeta)/sqrt(1-zeta^2)),
     # and omega times it comes back.
     rc, v0, kn, factor = 1.5e-4, 0.3, 1.4e22, 20.0
     damping = {"Contact_Radius": rc, "Epsilon": epsilon, "Beta_n_Factor": factor}
@@ -67,9 +67,9 @@ def test_restitution_of_hard_discs_follows_the_damped_oscillator(deck_folder, ep
     volume = model.state.volume[np.argmax(model.state.x[: disc.stop, 0])]
     k = kn * volume**2
     assert k < 1e-2 * STIFF["K"]
-    omega = np.sqrt(2 * k / (RHO * disc.volume))
+    mass = RHO * disc.volume
+    omega = np.sqrt(2 * k / mass)
     ln = np.log(epsilon)
-    mass = RHO * np.pi * R**2
     beta = factor * -2 * ln / np.sqrt(np.pi**2 + ln**2) * np.sqrt(STIFF["K"] * rc * mass)
     zeta = beta / (mass * omega)
     expected = np.exp(-zeta * np.arccos(zeta) / np.sqrt(1 - zeta**2))

@@ -78,6 +78,34 @@ def test_fragments_of_a_body_cut_in_known_pieces_have_their_masses() -> None:
     assert row["largest"] == pytest.approx(found.masses.max(), rel=1e-14)
 
 
+def test_grading_of_fragments_is_recorded_over_time() -> None:
+    # Three strips of a bar, of which the left one is cut in two on the way.
+    model = pd.DEMModel(threads=1, dt=1e-7)
+    bar = model.add_particle(Block((2e-3, 5e-4)), material=TOUGH, mesh_size=1e-4)
+    cut(model, [-5e-4 + 1e-9, 3e-4 + 1e-9])
+    strips = diagnostics.fragments(model)
+    left, middle, right = strips.masses
+    assert left < right < middle
+    sizes = np.sort(strips.diameters)
+    sieves = (sizes[0] * 0.5, sizes[0] * 0.999, *(sizes[1:] * 1.001))
+
+    def halve(model: pd.DEMModel) -> None:
+        if model.n == 10:
+            cut(model, [-7e-4 + 1e-9, -5e-4 + 1e-9, 3e-4 + 1e-9])
+
+    record = [pd.recorders.fragments(bar, sieves=sieves, name="pieces")]
+    table = model.run(
+        steps=20, record=record, record_every=5, callback=halve, callback_every=5
+    ).pieces
+    passing = table[[f"passing_{size:g}" for size in sieves]].to_numpy()
+    assert table["count"].tolist() == [3, 3, 3, 4, 4]
+    # Before the cut no piece is below the left strip; after it both of its halves are.
+    whole = left + middle + right
+    before = np.array([0, 0, left + right, whole]) / whole
+    after = np.array([0, left, left + right, whole]) / whole
+    np.testing.assert_allclose(passing, [before] * 3 + [after] * 2, rtol=1e-12)
+
+
 def test_fragments_follow_a_body_whose_bonds_all_break() -> None:
     model = pd.DEMModel(threads=1, dt=1e-7)
     model.add_particle(Disc(), material=TOUGH, mesh_size=SIZE)
@@ -207,6 +235,106 @@ def test_stress_of_two_discs_pressed_together() -> None:
         half = 0.5 * (np.abs(network.normal[:, 0]) @ spans) / model.particle(body).volume
         assert inside[0, 0] == pytest.approx(outside[0, 0] - half, rel=2e-3)
         assert abs(inside[1, 1] - outside[1, 1]) < 2e-3 * push * 1e-3
+
+
+def test_stress_of_a_block_between_plates_is_their_force_by_the_section() -> None:
+    # Uniaxial compression without friction: force P on either plate, sigma_yy = -P / width in the
+    # block and none across, however the force is spread over the nodes in contact. The plates'
+    # nodes are so close that the plates are smooth, but for 1 % of the force.
+    side, gap, thick = 2e-3, 1e-4, 1e-4
+    model = pd.DEMModel(threads=1, dt=1e-7)
+    block = model.add_particle(Block((side, side)), material=TOUGH, mesh_size=2e-4)
+    plate, place = Block((3e-3, thick)), side / 2 + gap + thick / 2
+    options: dict[str, Any] = {"material": TOUGH, "mesh_size": 4e-5}
+    model.add_wall(plate, at=(0, -place), name="below", **options)
+    model.add_wall(plate, at=(0, place), name="above", fixed=False, **options)
+    model.set_contact(radius=gap)
+    model.prescribe("above", displacement=lambda t: (0, -4e-5 * min(1.0, t / 2e-4)))
+    relax(model, 12000)
+    volume = model.state.volume
+    force = volume[:, None] * model.contact_forces()
+    below, above = (force[model.nodes_of(name)].sum(axis=0) for name in ("below", "above"))
+    load = float(above[1])
+    assert load > 0
+    np.testing.assert_allclose(below, [0, -load, 0], atol=0.02 * load)
+    assert below[1] == pytest.approx(-load, rel=1e-3)
+    width = volume[block.nodes].sum() / np.ptp(model.state.x[block.nodes, 1])  # as squeezed
+    expected = -load / width
+    assert abs(expected) > 1e-3 * 2.16e7  # of K
+    outside, inside = diagnostics.contact_stress(model)[0], diagnostics.body_stress(model)[0]
+    # To the outline's nodes, which the plates do not press all alike: they are 1 % of the height
+    # from their mean. The virial has half of the gaps besides, 2 x 0.1 mm / 2 of 2 mm.
+    assert outside[1, 1] == pytest.approx(expected, rel=0.01)
+    assert inside[1, 1] == pytest.approx(expected * (1 + gap / side), rel=0.02)
+    for stress in (outside, inside):
+        assert abs(stress[0, 0]) < 0.02 * abs(expected)
+        assert abs(stress[0, 1]) < 0.02 * abs(expected)
+    np.testing.assert_allclose(diagnostics.bulk_stress(model), inside, rtol=1e-12, atol=1e-9)
+    # In the middle half of the height, where no contact is: force by section at every height.
+    box = ((-side, -side / 4), (side, side / 4))
+    chosen = np.abs(model.state.x[block.nodes, 1]) < side / 4
+    area = float(volume[block.nodes][chosen].sum())
+    middle = diagnostics.bulk_stress(model, box, volume=area)
+    assert middle[1, 1] == pytest.approx(expected, rel=0.02)
+
+
+def approaching(*, wall: bool, damping_ratio: float = 0.5) -> pd.DEMModel:
+    """A disc that has come within reach of another one, or of a wall, at 1 m/s."""
+    model = pd.DEMModel(threads=1, dt=1e-7)
+    reach = (0.4 if wall else 0.7) * SIZE
+    disc = Disc(jiggle=0)
+    model.add_particle(disc, material=TOUGH, mesh_size=SIZE, velocity=(0.3, 1), at=(0, 0))
+    if wall:
+        at = (0, 1e-3 + reach + 2.5e-4)
+        model.add_wall(Block((4e-3, 5e-4)), material=TOUGH, mesh_size=SIZE, at=at)
+    else:
+        towards = np.array([np.cos(np.radians(80)), np.sin(np.radians(80))])  # of nodes
+        at = tuple((2e-3 + reach) * towards)
+        model.add_particle(disc, material=TOUGH, mesh_size=SIZE, at=at)
+    model.set_contact(
+        friction=0.4, damping_ratio=damping_ratio, damping_factor=100, node_damping=True
+    )
+    model.start()
+    return model
+
+
+def test_bulk_stress_is_the_virial_of_all_forces_dampers_too() -> None:
+    # Without anything outside V sigma = sum over pairs of F_ij x (x_j - x_i) = -sum of F_i x x_i.
+    model = approaching(wall=False)
+    network = diagnostics.contact_network(model)
+    # Weaker than the springs, but over 2 mm instead of 0.1 mm: a tenth of the stress.
+    assert np.linalg.norm(network.damping) > 1e-3 * np.linalg.norm(network.force) > 0
+    s: Any = model.state
+    expected = -np.einsum("n,ni,nj->ij", s.volume, s.f, s.x) / s.volume.sum()
+    found = diagnostics.bulk_stress(model)
+    np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())
+    # Half of the damper's part is in either body: the sum over two boxes is that of all.
+    middle = float(model.state.x[:, 1].mean())
+    boxes = [((-1, -1), (1, middle)), ((-1, middle), (1, 1))]
+    halves = [diagnostics.bulk_stress(model, box, volume=1) for box in boxes]
+    np.testing.assert_allclose(sum(halves) / s.volume.sum(), found, rtol=1e-12)
+    for half in halves:
+        assert half[1, 1] == pytest.approx(0.5 * found[1, 1] * s.volume.sum(), rel=0.05)
+
+
+def test_dampers_of_a_wall_press_on_the_bulk_but_not_inside_the_body() -> None:
+    damped = approaching(wall=True)
+    free = approaching(wall=True, damping_ratio=1)
+    network = diagnostics.contact_network(damped)
+    push = float(network.damping[0, 1])  # on the disc, away from the wall above
+    assert push < 0
+    # From the place of contact, half a gap from the outline, to the centre: -F (R + gap/2).
+    change = diagnostics.bulk_stress(damped) - diagnostics.bulk_stress(free)
+    node_part = diagnostics.body_stress(damped) - diagnostics.body_stress(free)
+    lever = 1e-3 + 0.2 * SIZE
+    expected = push * lever / damped.particle(0).volume
+    assert change[1, 1] - node_part[0, 1, 1] == pytest.approx(expected, rel=0.02)
+    # On the disc's own nodes it acts alike, with no moment about the centre.
+    of_disc = diagnostics.contact_stress(damped)[0] - diagnostics.contact_stress(free)[0]
+    nodes = network.nodes
+    arm = damped.state.x[nodes[:, 0]] - network.centers[0]
+    by_nodes = np.einsum("ki,kj->ij", network.node_damping, arm) / damped.particle(0).volume
+    np.testing.assert_allclose(of_disc, by_nodes, atol=1e-9 * abs(expected))
 
 
 def test_virial_of_bonds_is_that_of_their_forces() -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers import GRAIN_RADIUS, box_mesh
 from reference import ReferenceModel
 
 FRICTION = {"Friction_On": True, "Friction_Coeff": 0.4}
@@ -123,24 +124,43 @@ def test_friction_changes_angular_momentum_by_its_couples_alone(deck_folder, fri
     assert turned > 1e-6 * size
 
 
+DAMPING = {"Damping_On": True, "Epsilon": 0.8, "Beta_n_Factor": 10.0}
+
+
 @MODES
 def test_center_damping_keeps_linear_momentum_of_like_bodies_in_2d(deck_folder, mode):
-    # F = beta c n spread over the disc of the bounding radius: a body of area A feels A / (pi R^2)
-    # of it. Both discs here have the same outline, hence the same share. Bodies of different
-    # shape do not: a property of the model in 2D, kept from the original.
-    damping = {"Damping_On": True, "Epsilon": 0.8, "Beta_n_Factor": 10.0}
-    model = colliding(deck_folder, 2, damping, compatibility=mode)
+    # F = beta c n spread over |Omega_p|: in the original the disc of the bounding radius, so that a
+    # body of area A feels A / (pi R^2) of it: the same part where outlines are the same, as here.
+    model = colliding(deck_folder, 2, DAMPING, compatibility=mode)
     linear, _ = run_and_compare(model, 150)
     assert linear < LIMIT
+
+
+@pytest.mark.parametrize(("mode", "kept"), [("corrected", True), ("original", False)])
+def test_center_damping_keeps_linear_momentum_of_unlike_bodies_in_2d(deck_folder, mode, kept):
+    # A square that strikes a disc: 2/pi of its bounding disc against 0.995 of the other's.
+    side = 1.6e-3
+    square = deck_folder.mesh("square", box_mesh([side, side], [10, 10]))
+    shape = {"Type": "square", "Parameters": [side]}
+    changes = {"Particle.Zone_2": shape, "Mesh.Zone_2.File": square}
+    model = colliding(
+        deck_folder,
+        2,
+        DAMPING,
+        changes,
+        places=[(0, 0, 0, 0, GRAIN_RADIUS, 0.3), (1, 3e-4, 1.93e-3, 0, side, 0.0)],
+        compatibility=mode,
+    )
+    linear, _ = run_and_compare(model, 150)
+    assert (linear < LIMIT) == kept
 
 
 @pytest.mark.parametrize(("mode", "kept"), [("corrected", True), ("original", False)])
 def test_center_damping_keeps_linear_momentum_of_all_bodies_in_3d(deck_folder, mode, kept):
     # The body's own volume in the corrected mode: the forces are beta c n and its opposite. The
     # original spreads them over pi R^2, so that cubes of different size differ.
-    damping = {"Damping_On": True, "Epsilon": 0.8, "Beta_n_Factor": 10.0}
     side = 1e-3
     places = [(0, 0, 0, 0, side, 0.3), (1, 4e-4, 3e-4, 1.25e-3, 1.1 * side, 0.2)]
-    model = colliding(deck_folder, 3, damping, places=places, compatibility=mode)
+    model = colliding(deck_folder, 3, DAMPING, places=places, compatibility=mode)
     linear, _ = run_and_compare(model, 150)
     assert (linear < LIMIT) == kept

@@ -144,11 +144,9 @@ def spring_friction(law, pairs, springs, *, e_n, slid, F, V_j):
     return force
 
 
-def damped_volume(body, *, dimension, original):
-    """The disc of the bounding radius; in 3D the body's volume, but the disc in the original."""
-    if dimension == 3 and not original:
-        return body.volume
-    return np.pi * body.radius**2
+def damped_volume(body, *, original):
+    """|Omega_p| of (27), the body's volume; in the original the disc of the bounding radius."""
+    return np.pi * body.radius**2 if original else body.volume
 
 
 def center_damping(state, p, q, law, volumes):

@@ -258,7 +258,7 @@ class ReferenceModel:
                 self._add_center_damping(p, q, law)
 
     def _damped_volume(self, body):
-        return ct.damped_volume(body, dimension=self.dimension, original=self.original)
+        return ct.damped_volume(body, original=self.original)
 
     def _add_center_damping(self, p, q, law):
         volumes = self._damped_volume(p), self._damped_volume(q)

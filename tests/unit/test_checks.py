@@ -126,6 +126,18 @@ def test_time_step_below_the_bonds_limit_is_silent(deck_folder):
     assert initialised(with_time_step(deck_folder, 0.99 * limit), strict=True).warnings == []
 
 
+def test_time_step_above_that_of_springs_of_broken_bonds_is_a_note(deck_folder):
+    limit = initialised(with_time_step(deck_folder, 1e-7)).stable_time_step()
+    assert limit.self_contact < 0.5 * min(limit.bonds, limit.contact)  # contact is soft here
+    path = with_time_step(deck_folder, 1.02 * limit.self_contact)
+    model = initialised(path, strict=True)
+    (note,) = model.notes
+    assert model.warnings == []
+    assert "stable one of the springs between the ends of broken bonds" in note
+    assert "if bonds break and their ends are pressed together" in note
+    assert initialised(with_time_step(deck_folder, 0.99 * limit.self_contact)).notes == []
+
+
 def test_time_step_a_little_above_the_contact_limit_is_a_note(deck_folder):
     limit = initialised(with_time_step(deck_folder, 1e-7, 1.0)).stable_time_step()
     assert limit.contact < 0.5 * limit.bonds  # the stiffness of the paper: contact decides

@@ -80,11 +80,13 @@ def test_each_defect_is_noted_once_in_each_mode(deck_folder, changes, key, origi
     assert corrected in note.split("with Model.Compatibility: corrected ")[1]
 
 
-def test_damping_between_centres_in_3d_is_noted(deck_folder):
-    (note,) = notes(deck_folder, damping(0.9), cubes=True)
+@pytest.mark.parametrize("cubes", [False, True])
+def test_damping_between_centres_is_noted(deck_folder, cubes):
+    (note,) = notes(deck_folder, damping(0.9), cubes=cubes)
     assert "Contact.Zone_12.Epsilon: damping between centres uses the volume" in note
-    (note,) = notes(deck_folder, damping(0.9), "original", cubes=True)
-    assert "takes the area pi R^2 for the volume of a body: a defect of the original" in note
+    (note,) = notes(deck_folder, damping(0.9), "original", cubes=cubes)
+    assert "for a body's volume: a defect of the original" in note
+    assert "takes the disc of the bounding radius" in note
 
 
 def test_friction_of_several_pairs_is_noted_once(deck_folder):
@@ -99,7 +101,6 @@ def test_friction_of_several_pairs_is_noted_once(deck_folder):
         friction("12", Friction_Coeff=0.0),
         friction("12", Friction_Model="history"),
         quadratic(0.0),
-        damping(0.9),  # in 2D pi R^2 is the volume per unit thickness
         {f"Material.Zone_{k}.Influence_Function": {"Type": 2} for k in (1, 2)},
         {"Zone.Zone_2.Is_Wall": True, "Particle.Zone_2.All_Dofs_Constrained": True},
     ],
@@ -109,8 +110,9 @@ def test_what_meets_no_defect_is_silent(deck_folder, changes):
         assert notes(deck_folder, changes, mode) == []
 
 
-def test_damping_without_loss_is_silent_in_3d(deck_folder):
-    assert notes(deck_folder, damping(1.0), cubes=True) == []
+@pytest.mark.parametrize("cubes", [False, True])
+def test_damping_without_loss_is_silent(deck_folder, cubes):
+    assert notes(deck_folder, damping(1.0), cubes=cubes) == []
 
 
 def test_friction_between_pieces_of_one_body_is_noted(deck_folder):

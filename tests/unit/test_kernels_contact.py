@@ -122,9 +122,9 @@ def test_center_damping_is_felt_before_contact(deck_folder, dimension):
 
 @BOTH_DIMENSIONS
 @BOTH_MODES
-def test_damped_volume_is_a_disc_and_in_3d_the_body_s_own(deck_folder, dimension, mode):
-    # f on p is beta c n / vol with meq = rho vol for equal bodies and vol = pi R^2 in 2D; in 3D
-    # the volume of the cube, but pi R^2 in the original.
+def test_damped_volume_is_the_body_s_own_and_in_the_original_a_disc(deck_folder, dimension, mode):
+    # f on p is beta c n / vol with meq = rho vol for equal bodies, vol the area of the mesh (a disc
+    # of six rings: the polygon of 36 corners) or the volume of the cube; pi R^2 in the original.
     make = deck_folder.grains if dimension == 2 else deck_folder.cubes
     deck = make()
     deck["Contact"]["Zone_12"].update(DAMPING)
@@ -132,8 +132,9 @@ def test_damped_volume_is_a_disc_and_in_3d_the_body_s_own(deck_folder, dimension
     p, q = model.particles
     radius = p.bounding_radius
     assert radius == pytest.approx(1e-3 if dimension == 2 else np.sqrt(3) / 2 * 1e-3, rel=1e-14)
-    disc = dimension == 2 or mode == "original"
-    volume = np.pi * radius**2 if disc else 1e-9
+    polygon = 18 * np.sin(np.pi / 18) * radius**2
+    own = polygon if dimension == 2 else 1e-9
+    volume = np.pi * radius**2 if mode == "original" else own
     law = model._core.contact_law(0, 1)
     gap = (2 * radius + 1.005 * law["radius"]) * np.array([1.0, 0, 0])
     model.state.x[q.start :] += p.center + gap - q.center

@@ -321,7 +321,8 @@ def test_the_time_step_is_the_one_given_or_part_of_the_stable_one() -> None:
     assert (model.n, model.dt) == (4, 1e-6 / 4)
     model = two_discs(dt=None, safety=0.25)
     model.run(until=2e-5)
-    stable = min(model.stable_time_step().bonds, model.stable_time_step().contact)
+    limits = model.stable_time_step()
+    stable = min(limits.bonds, limits.contact, limits.self_contact)
     assert model.n == np.ceil(2e-5 / (0.25 * stable))
     assert model.dt == 2e-5 / model.n
     assert model.summary()["dt_from"].startswith("0.25 of the estimated stable one")

@@ -11,7 +11,7 @@ from .deck_tests import (
     compressive_row,
     two_particle_row,
 )
-from .energy import energies, energy_warnings
+from .energy import energies, energy_warnings, prescribed_work
 from .fragments import Fragments, fragments
 from .momentum import momenta
 from .network import ContactNetwork, contact_network
@@ -33,5 +33,6 @@ __all__ = [
     "fragments",
     "momenta",
     "node_stress",
+    "prescribed_work",
     "two_particle_row",
 ]

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
 
 if TYPE_CHECKING:
     from ..model import DEMModel
 
-__all__ = ["FLOWS", "STORED", "energies", "energy_warnings"]
+__all__ = ["FLOWS", "STORED", "energies", "energy_warnings", "prescribed_work"]
 
 STORED = ("kinetic", "bond", "self_contact", "contact", "gravity")
 """Energies of a state."""
@@ -73,6 +78,40 @@ def energies(model: DEMModel) -> dict[str, float]:
     }
 
 
+def prescribed_work(model: DEMModel, bodies: Any = None) -> NDArray[np.float64]:
+    """Measure the work that prescribed motion has done on bodies since tracking began.
+
+    Parameters
+    ----------
+    model : DEMModel
+        The model, with `DEMModel.track_energy`.
+    bodies : Body, Bodies, int, str or sequence of them, optional
+        One or several bodies; all when left out.
+
+    Returns
+    -------
+    ndarray, shape (number of bodies,)
+        Work [J], per unit thickness in 2D, in the order of ids; 0 for a body without prescribed
+        motion. The sum over all bodies is ``work_prescribed`` of `energies`.
+
+    Raises
+    ------
+    InputError
+        If the model does not keep accounts, or there is no such body.
+    """
+    if not model.track_energy:
+        raise InputError(
+            "prescribed_work: model.track_energy = False: must be on from the moment that works "
+            "count from; set model.track_energy = True, or record 'energy'"
+        )
+    model.start()
+    works: NDArray[np.float64] = model._core.prescribed_works()
+    if bodies is None:
+        return works
+    ids = np.unique(model.state.particle_id[model.nodes_of(bodies)])
+    return np.asarray(works[ids])
+
+
 def energy_warnings(row: Mapping[str, float]) -> list[str]:
     """Say what an energy balance tells against a run.
 
@@ -95,7 +134,7 @@ def energy_warnings(row: Mapping[str, float]) -> list[str]:
             f"energy: the balance is open by {100 * parts['residual']:.2g} % of the input "
             f"({row['residual']:.3g} of {given:.3g} J): the time step is too long for what happens "
             "(stiff springs between broken neighbours, hard impacts), or the state was written to; "
-            "use a smaller dt, or bond_breaking='tension'"
+            "use a smaller dt (in Python: safety=0.1), or bond_breaking='tension'"
         )
     if parts["created"] > CREATED_LIMIT:
         texts.append(

@@ -26,7 +26,8 @@ class ContactNetwork:
     """Contacts between nodes, and what they add up to between bodies.
 
     Forces are in N, per unit thickness in 2D. Those between nodes are equal and opposite: given
-    are the forces on the first of a pair.
+    are the forces on the first of a pair. (With ``compatibility="original"`` walls that are free
+    to move do not take theirs.)
 
     Attributes
     ----------

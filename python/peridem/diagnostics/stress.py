@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .momentum import sum_over_bodies
+from .network import contact_network
 
 if TYPE_CHECKING:
     from ..model import DEMModel
@@ -31,13 +32,36 @@ def _virials(model: DEMModel) -> FloatArray:
     return virials
 
 
+def _damper_virials(model: DEMModel) -> FloatArray:
+    """Each node's share of volume times stress [J] from dampers between bodies: (n_nodes, 3, 3).
+
+    A damper acts on all nodes of a body alike and carries its force from centre to centre: half of
+    F x (c_q - c_p) is either body's. Against a wall, it is from the place of contact to the
+    particle's centre, all in the particle.
+    """
+    network, state = contact_network(model), model.state
+    moment, force = np.zeros((len(network.centers), 3, 3)), np.zeros((len(network.centers), 3))
+    (i, j), on_i, on_j = network.bodies.T, network.damping, network.reaction
+    for body, other, pull in ((i, j, on_i), (j, i, on_j)):
+        wall = network.is_wall[other][:, None]
+        end = np.where(wall, network.places, network.centers[other])
+        share = np.where(wall, 1.0, 0.5) * pull
+        np.add.at(force, body, share)
+        np.add.at(moment, body, np.einsum("ki,kj->kij", share, end))
+    ids = state.particle_id
+    part = state.volume / sum_over_bodies(model, state.volume)[ids]
+    arms = moment[ids] - np.einsum("ni,nj->nij", force[ids], state.x)
+    return np.asarray(part[:, None, None] * arms)
+
+
 def node_stress(model: DEMModel) -> FloatArray:
     r"""Measure the virial stress at every node.
 
     .. math:: \sigma_i = \frac{1}{2 V_i} \sum_j F_{ij} \otimes (x_j - x_i)
 
-    over the bonds and contacts of a node, with the force F_ij on i from j; dampers between bodies
-    are not counted.
+    over the bonds and contacts of a node (their dampers included), with the force F_ij on i from j.
+    Dampers between centres and against walls are not: they act on all nodes of a body alike, as
+    gravity does.
 
     Parameters
     ----------
@@ -81,7 +105,9 @@ def contact_stress(model: DEMModel) -> FloatArray:
 
     over the forces of contact and damping on its nodes, x_0 its centre of mass (Love, Weber). In a
     body at rest under these forces and uniform ones like gravity it is the mean of the stress
-    inside, `body_stress` but for the halves of the contacts.
+    inside, `body_stress` but for the halves of the contacts. Dampers between centres and against
+    walls act on all nodes of a particle alike, so that their sum is zero; on a wall they act where
+    it is touched, and count.
 
     Parameters
     ----------
@@ -116,6 +142,9 @@ def bulk_stress(
     kinetic: bool = False,
 ) -> FloatArray:
     """Measure the stress of an assembly, or of the part of it in a box.
+
+    Of bonds, contacts and dampers: a damper between two bodies carries its force F from centre to
+    centre, F x (c_q - c_p), one against a wall from the place of contact to the centre.
 
     Parameters
     ----------
@@ -158,7 +187,7 @@ def bulk_stress(
     whole = whole if volume is None else float(volume)
     if not whole > 0:
         raise InputError(f"bulk_stress: volume = {whole!r}: must be positive; correct it")
-    stress = _virials(model)[chosen].sum(axis=0)
+    stress = (_virials(model) + _damper_virials(model))[chosen].sum(axis=0)
     if kinetic and chosen.any():
         mass = (state.volume * state.density)[chosen]
         v = state.v[chosen] - np.average(state.v[chosen], axis=0, weights=mass)
