@@ -1,7 +1,6 @@
 // The model: bodies, their state, and the order in which a time step goes.
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <limits>
 #include <optional>

@@ -1,14 +1,8 @@
 #include "peridynamic.h"
 
 #include <omp.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
-#include <unordered_map>
-
-#include "instruction_set.h"
-#include "partition.h"
 
 namespace peridem {
 
@@ -16,24 +10,6 @@ namespace {
 
 // Work below which waking threads costs more than it saves.
 constexpr std::size_t groups_worth_threads = 5000;
-constexpr Index nodes_of_range = 4096;
-
-// The law of a body in its frame, where lengths are in units of the horizon: of its constants only
-// beta has a dimension that shows there; the others show in the unit of force.
-Law inFrame(Law law, Real horizon) {
-  if (auto* rnp = std::get_if<Rnp>(&law)) {
-    rnp->beta *= horizon;
-    rnp->sc_times_sqrt_r /= std::sqrt(horizon);
-  }
-  return law;
-}
-
-std::size_t quarterOfMemory() {
-  const long pages = sysconf(_SC_PHYS_PAGES);
-  const long page = sysconf(_SC_PAGESIZE);
-  if (pages <= 0 || page <= 0) return std::size_t{1} << 30;
-  return static_cast<std::size_t>(pages) * static_cast<std::size_t>(page) / 4;
-}
 
 void clearFlag(void* table, Index i, Index j, bool both) {
   auto& bonds = *static_cast<BondTable*>(table);
@@ -43,162 +19,6 @@ void clearFlag(void* table, Index i, Index j, bool both) {
 
 }  // namespace
 
-// Space of one thread for the largest block, allocated once.
-class PeridynamicForce::Scratch {
- public:
-  Scratch(std::size_t places, std::size_t groups, std::size_t groups_of_whole)
-      : space_((8 + 3 * lanes) * places + 2 * lanes * groups_of_whole), close_(groups) {
-    double* next = space_.data();
-    const auto take = [&](std::size_t n) {
-      double* begin = next;
-      next += n;
-      return begin;
-    };
-    for (int d = 0; d < 3; ++d) {
-      view_.z[d] = take(places);
-      view_.row[d] = take(lanes * places);
-      view_.column[d] = take(places);
-    }
-    view_.theta_a = take(places);
-    view_.sum = take(places);
-    view_.J_r_by_length = take(lanes * groups_of_whole);
-    view_.J_e_by_length = take(lanes * groups_of_whole);
-    view_.close = close_.data();
-  }
-  const KernelScratch& view() const { return view_; }
-
- private:
-  AlignedArray space_;
-  std::vector<CloseGroup> close_;
-  KernelScratch view_{};
-};
-
-PeridynamicForce::PeridynamicForce() = default;
-PeridynamicForce::~PeridynamicForce() = default;
-PeridynamicForce::PeridynamicForce(PeridynamicForce&&) noexcept = default;
-PeridynamicForce& PeridynamicForce::operator=(PeridynamicForce&&) noexcept = default;
-
-PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
-                                   const std::vector<Particle>& bodies,
-                                   const std::vector<Influence>& influences, int dimension,
-                                   Compatibility mode, const BlockSizes& sizes, int threads)
-    : dimension_(dimension),
-      instruction_set_(peridem::instructionSet()),
-      run_(kernelFor(instruction_set_)),
-      move_(moveKernelFor(instruction_set_)),
-      influences_(influences) {
-  // In the original the material of body 0 decides whether dilatation and the break test of
-  // state-based bonds run at all, for all bodies.
-  if (mode == Compatibility::original)
-    state_based_stage_ = std::holds_alternative<Lps>(bodies.front().law);
-  exchanges_.resize(bodies.size());
-  // Bodies that never move have no internal forces.
-  addWholeBodies(state, bonds, bodies, sizes.whole, threads);
-  for (const Particle& body : bodies)
-    if (!body.constrained && body.nodes() > sizes.whole)
-      addPieces(state, bonds, body, sizes.nodesOfPiece(body.nodes()), threads);
-  // Largest first, so that no thread ends with a long one.
-  std::stable_sort(whole_.begin(), whole_.end(), [&](const Block& p, const Block& q) {
-    return patterns_[p.pattern].groups.size() > patterns_[q.pattern].groups.size();
-  });
-  std::size_t n_groups = 0;
-  for (auto* blocks : {&whole_, &pieces_})
-    for (Block& block : *blocks) {
-      block.first_group = n_groups;
-      n_groups += patterns_[block.pattern].groups.size();
-    }
-  intact_.resize(n_groups);
-  importFlags(bonds, bodies);
-  for (const Particle& body : bodies) laws_.push_back(inFrame(body.law, body.horizon));
-  makeTables(bodies, sizes.tables);
-  for (auto* blocks : {&whole_, &pieces_})
-    for (Block& block : *blocks)
-      block.view = makeView(block, bodies[static_cast<std::size_t>(block.body)]);
-  for (const Particle& body : bodies)
-    if (body.constrained || body.nodes() > sizes.whole)
-      for (Index begin = body.start; begin < body.stop; begin += nodes_of_range)
-        other_nodes_.push_back({begin, std::min(begin + nodes_of_range, body.stop), body.id});
-}
-
-void PeridynamicForce::addWholeBodies(const State& state, const BondTable& bonds,
-                                      const std::vector<Particle>& bodies, Index largest,
-                                      int threads) {
-  for (const Particle& body : bodies)
-    if (!body.constrained && body.nodes() <= largest) whole_.push_back({body.id, 0, 0, {}});
-  const auto n_bodies = static_cast<std::ptrdiff_t>(whole_.size());
-  std::vector<std::uint64_t> hashes(whole_.size());
-#pragma omp parallel for num_threads(threads) schedule(static) if (n_bodies > 100)
-  for (std::ptrdiff_t k = 0; k < n_bodies; ++k) {
-    const auto block = static_cast<std::size_t>(k);
-    hashes[block] = hashOfBonds(bonds, bodies[static_cast<std::size_t>(whole_[block].body)]);
-  }
-  std::unordered_map<std::uint64_t, std::vector<std::size_t>> found;  // patterns by hash
-  for (std::size_t k = 0; k < whole_.size(); ++k) {
-    const Particle& body = bodies[static_cast<std::size_t>(whole_[k].body)];
-    auto& candidates = found[hashes[k]];
-    const auto same = std::find_if(candidates.begin(), candidates.end(), [&](std::size_t pattern) {
-      const Particle& other = bodies[static_cast<std::size_t>(pattern_bodies_[pattern])];
-      return sameInFrame(state, bonds, other, body, dimension_);
-    });
-    if (same == candidates.end()) {
-      candidates.push_back(pattern_bodies_.size());
-      whole_[k].pattern = pattern_bodies_.size();
-      pattern_bodies_.push_back(body.id);
-    } else {
-      whole_[k].pattern = *same;
-    }
-  }
-  patterns_.resize(pattern_bodies_.size());
-  const auto n_patterns = static_cast<std::ptrdiff_t>(patterns_.size());
-#pragma omp parallel for num_threads(threads) schedule(dynamic, 1) if (n_patterns > 1)
-  for (std::ptrdiff_t k = 0; k < n_patterns; ++k) {
-    const auto pattern = static_cast<std::size_t>(k);
-    const Particle& body = bodies[static_cast<std::size_t>(pattern_bodies_[pattern])];
-    patterns_[pattern] = makeBondPattern(state, bonds, body, dimension_);
-  }
-}
-
-void PeridynamicForce::addPieces(const State& state, const BondTable& bonds, const Particle& body,
-                                 Index nodes_of_piece, int threads) {
-  const Index parts = (body.nodes() + nodes_of_piece - 1) / nodes_of_piece;
-  std::size_t n_places = 0;
-  for (BondPattern& pattern :
-       makeBondPatterns(state, bonds, body, dimension_, partitionBody(state, bonds, body, parts),
-                        parts, threads)) {
-    pieces_.push_back({body.id, patterns_.size(), 0, {}});
-    n_places = pattern.first_place + pattern.n_padded;
-    patterns_.push_back(std::move(pattern));
-    pattern_bodies_.push_back(body.id);
-  }
-  Exchange& exchange = exchanges_[static_cast<std::size_t>(body.id)];
-  for (auto& component : exchange.z) component = AlignedArray(n_places);
-  exchange.theta = AlignedArray(n_places);
-}
-
-void PeridynamicForce::makeTables(const std::vector<Particle>& bodies, Tables tables) {
-  std::vector<char> shared(patterns_.size(), 0);
-  for (const Block& block : whole_)
-    if (block.body != pattern_bodies_[block.pattern]) shared[block.pattern] = 1;
-  std::size_t n_all = 0;
-  for (const BondPattern& pattern : patterns_) n_all += pattern.groups.size() * group_numbers;
-  const bool keep_all = tables == Tables::all || (tables == Tables::automatic &&
-                                                  n_all * sizeof(double) <= quarterOfMemory());
-  std::size_t n = 0;
-  for (std::size_t k = 0; k < patterns_.size(); ++k) {
-    const Influence& influence = influences_[static_cast<std::size_t>(pattern_bodies_[k])];
-    const bool slow = influence.numbers().beta > 0;  // a Gaussian
-    const bool kept = keep_all || slow || shared[k];
-    first_number_.push_back(kept ? n : no_table);
-    if (kept) n += patterns_[k].groups.size() * group_numbers;
-  }
-  numbers_ = AlignedArray(n);
-  for (const auto* blocks : {&whole_, &pieces_})
-    for (const Block& block : *blocks)
-      if (block.body == pattern_bodies_[block.pattern] && first_number_[block.pattern] != no_table)
-        run_(Stage::table, dimension_, lawOf(block.body),
-             makeView(block, bodies[static_cast<std::size_t>(block.body)]), {}, {}, {});
-}
-
 LawView PeridynamicForce::lawOf(Index body) const {
   const Law& law = laws_[static_cast<std::size_t>(body)];
   LawView view;
@@ -206,55 +26,6 @@ LawView PeridynamicForce::lawOf(Index body) const {
   view.pmb = std::get_if<Pmb>(&law);
   view.rnp = std::get_if<Rnp>(&law);
   view.state_based_stage = state_based_stage_;
-  return view;
-}
-
-BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
-  BondPattern& pattern = patterns_[block.pattern];
-  Exchange& exchange = exchanges_[static_cast<std::size_t>(body.id)];
-  const std::size_t first = first_number_[block.pattern];
-  double* const table = first == no_table ? nullptr : numbers_.data() + first;
-  const Real volume_unit = std::pow(body.horizon, dimension_);
-  // Force density in the model over that in the frame.
-  const Real force_unit = std::holds_alternative<Lps>(body.law) ? 1 / body.horizon : volume_unit;
-  BlockView view{pattern.n_own,
-                 pattern.n_padded,
-                 pattern.n_halo,
-                 pattern.tiles.size(),
-                 pattern.nodes.data(),
-                 pattern.halo_places.data(),
-                 pattern.tiles.data(),
-                 pattern.groups.data(),
-                 table,
-                 intact_.data() + block.first_group,
-                 {pattern.z_ref[0].data(), pattern.z_ref[1].data(), pattern.z_ref[2].data()},
-                 pattern.volume.data(),
-                 pattern.inverse_volume.data(),
-                 pattern.dilatation_factor.data(),
-                 pattern.a.data(),
-                 pattern.b.data(),
-                 static_cast<std::size_t>(body.start),
-                 static_cast<std::size_t>(body.center_node),
-                 {},
-                 {},
-                 {},
-                 body.self_contact_radius / body.horizon,
-                 body.self_contact_kn * volume_unit * body.horizon / force_unit,
-                 {{exchange.z[0].data(), exchange.z[1].data(), exchange.z[2].data()},
-                  exchange.theta.data(),
-                  pattern.first_place},
-                 influences_[static_cast<std::size_t>(body.id)].numbers(),
-                 {},
-                 false,
-                 {},
-                 0};
-  const Real h = body.mesh_size / body.horizon;
-  view.reference = {(1 - h / 2) / (1 - fuzzy_tolerance), (1 - h / 2) / h, 1 / h};
-  for (int d = 0; d < 3; ++d)
-    for (int e = 0; e < 3; ++e) {
-      view.into_frame[d][e] = body.rotation(e, d) / body.horizon;
-      view.out_of_frame[d][e] = body.rotation(d, e) * force_unit;
-    }
   return view;
 }
 
@@ -270,11 +41,12 @@ void PeridynamicForce::prepareScratch(int threads) {
   for (const Block& block : whole_)
     groups_of_whole = std::max(groups_of_whole, patterns_[block.pattern].groups.size());
   while (scratch_.size() < static_cast<std::size_t>(threads))
-    scratch_.push_back(std::make_unique<Scratch>(places, groups, groups_of_whole));
+    scratch_.emplace_back(places, groups, groups_of_whole);
 }
 
 void PeridynamicForce::runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
-                                const Vec3& body_force, Scratch& scratch, const Particle* next) {
+                                const Vec3& body_force, KernelSpace& scratch,
+                                const Particle* next) {
   const NodeArrays nodes{state.u.front().data(), state.f.front().data(), state.theta.data(),
                          state.damage_z.data()};
   BlockView view = block.view;
@@ -315,7 +87,7 @@ Kick PeridynamicForce::run(const KickAndDrift* motion, State& state, BondTable& 
   Kick kicked;
 #pragma omp parallel num_threads(threads) if (intact_.size() > groups_worth_threads)
   {
-    Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
+    KernelSpace& scratch = scratch_[static_cast<std::size_t>(omp_get_thread_num())];
     Kick own;
     const auto runBlock = [&](Stage stage, const Block& block, const Particle* next = nullptr) {
       const Particle& body = bodies[static_cast<std::size_t>(block.body)];
@@ -373,7 +145,7 @@ void PeridynamicForce::computeDamage(State& state, int threads) {
   const auto n = static_cast<std::ptrdiff_t>(whole_.size() + pieces_.size());
 #pragma omp parallel num_threads(threads) if (intact_.size() > groups_worth_threads)
   {
-    Scratch& scratch = *scratch_[static_cast<std::size_t>(omp_get_thread_num())];
+    KernelSpace& scratch = scratch_[static_cast<std::size_t>(omp_get_thread_num())];
     const auto n_pieces = static_cast<std::ptrdiff_t>(pieces_.size());
 #pragma omp for schedule(static)
     for (std::ptrdiff_t k = 0; k < n_pieces; ++k)
@@ -386,32 +158,6 @@ void PeridynamicForce::computeDamage(State& state, int threads) {
       runStage(Stage::damage, block, state, nullptr, Vec3::Zero(), scratch);
     }
   }
-}
-
-void PeridynamicForce::importFlags(const BondTable& bonds, const std::vector<Particle>& bodies) {
-  const bool all_intact =
-      std::find(bonds.intact.begin(), bonds.intact.end(), 0) == bonds.intact.end();
-  for (const auto* blocks : {&whole_, &pieces_})
-    for (const Block& block : *blocks) {
-      const BondPattern& pattern = patterns_[block.pattern];
-      const Index start = bodies[static_cast<std::size_t>(block.body)].start;
-      for (const TileBonds& tile : pattern.tiles)
-        for (std::size_t g = tile.begin; g < tile.end; ++g) {
-          const BondGroup group = pattern.groups[g];
-          unsigned bits = 0;
-          if (all_intact) {
-            intact_[block.first_group + g] = group.exists;
-            continue;
-          }
-          for (unsigned lane = 0; lane < lanes; ++lane) {
-            if (!((group.exists >> lane) & 1u)) continue;
-            const Index i = start + pattern.nodes[tile.tile + lane];
-            const Index j = start + pattern.nodes[group.row];
-            if (bonds.intact[bonds.find(i, j)]) bits |= 1u << lane;
-          }
-          intact_[block.first_group + g] = static_cast<LaneBits>(bits);
-        }
-    }
 }
 
 std::size_t PeridynamicForce::bytes() const {

@@ -11,6 +11,7 @@
 #include "bond_block.h"
 #include "bonds.h"
 #include "integrator.h"
+#include "kernel_space.h"
 #include "particle.h"
 #include "peridynamic_kernel.h"
 #include "state.h"
@@ -39,10 +40,7 @@ struct BlockSizes {
 
 class PeridynamicForce {
  public:
-  PeridynamicForce();
-  ~PeridynamicForce();
-  PeridynamicForce(PeridynamicForce&&) noexcept;
-  PeridynamicForce& operator=(PeridynamicForce&&) noexcept;
+  PeridynamicForce() = default;
   // `influences[body]`: influence function of each body.
   PeridynamicForce(const State& state, const BondTable& bonds, const std::vector<Particle>& bodies,
                    const std::vector<Influence>& influences, int dimension, Compatibility mode,
@@ -69,7 +67,6 @@ class PeridynamicForce {
 
  private:
   static constexpr std::size_t no_table = std::numeric_limits<std::size_t>::max();
-  class Scratch;
   // Over the places of all pieces of a body; see BondPattern::halo_places.
   struct Exchange {
     std::array<AlignedArray, 3> z;
@@ -99,7 +96,7 @@ class PeridynamicForce {
             Index end) const;
   void prepareScratch(int threads);
   void runStage(Stage stage, const Block& block, State& state, BondTable* bonds,
-                const Vec3& body_force, Scratch& scratch, const Particle* next = nullptr);
+                const Vec3& body_force, KernelSpace& scratch, const Particle* next = nullptr);
 
   int dimension_ = 2;
   std::string instruction_set_;
@@ -113,15 +110,15 @@ class PeridynamicForce {
   std::vector<BondPattern> patterns_;
   // Tables: group_numbers for each group, weights with V_i V_j. One array, as large ones stream.
   AlignedArray numbers_;
-  std::vector<std::size_t> first_number_;          // of each pattern; no_table
-  std::vector<Index> pattern_bodies_;              // the first body that has the pattern
-  std::vector<Block> whole_;                       // blocks that are whole bodies, largest first
-  std::vector<Block> pieces_;                      // blocks of partitioned bodies
-  std::vector<Exchange> exchanges_;                // of each body; empty for whole ones
-  std::vector<LaneBits> intact_;                   // of the groups of all blocks
-  std::vector<std::unique_ptr<Scratch>> scratch_;  // one per thread
-  bool state_based_stage_ = true;                  // see the constructor
-  bool dilatation_known_ = false;                  // of partitioned bodies, by a compute()
+  std::vector<std::size_t> first_number_;  // of each pattern; no_table
+  std::vector<Index> pattern_bodies_;      // the first body that has the pattern
+  std::vector<Block> whole_;               // blocks that are whole bodies, largest first
+  std::vector<Block> pieces_;              // blocks of partitioned bodies
+  std::vector<Exchange> exchanges_;        // of each body; empty for whole ones
+  std::vector<LaneBits> intact_;           // of the groups of all blocks
+  std::vector<KernelSpace> scratch_;       // one per thread
+  bool state_based_stage_ = true;          // see the constructor
+  bool dilatation_known_ = false;          // of partitioned bodies, by a compute()
 };
 
 }  // namespace peridem

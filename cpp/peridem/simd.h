@@ -132,41 +132,6 @@ PERIDEM_INLINE Lanes multiplySubtract(const Lanes& a, const Lanes& b, const Lane
 #endif
 }
 
-// exp(a) = 2^n exp(t), n the integer nearest to a / ln 2, |t| <= ln 2 / 2: the Taylor series of
-// exp(t) to t^13 is exact to 5e-18. Below exp(-700) the result stays there.
-PERIDEM_INLINE Lanes exponential(const Lanes& a) {
-  constexpr double shift = 6755399441055744.0;          // 1.5 * 2^52: rounds to integers
-  constexpr double log2e = 1.4426950408889634;          // 1 / ln 2
-  constexpr double ln2_high = 0.693147180369123816490;  // ln 2 in two parts, the first of 33 bits
-  constexpr double ln2_low = 1.90821492927058770002e-10;
-  constexpr double series[] = {1. / 6227020800.,
-                               1. / 479001600.,
-                               1. / 39916800.,
-                               1. / 3628800.,
-                               1. / 362880.,
-                               1. / 40320.,
-                               1. / 5040.,
-                               1. / 720.,
-                               1. / 120.,
-                               1. / 24.,
-                               1. / 6.,
-                               0.5,
-                               1.,
-                               1.};
-  const Lanes bounded = larger(a, broadcast(-700.0));
-  const Lanes shifted = multiplyAdd(bounded, broadcast(log2e), broadcast(shift));
-  const Lanes n = shifted - shift;
-  Lanes t = multiplySubtract(n, broadcast(ln2_high), bounded);
-  t = multiplySubtract(n, broadcast(ln2_low), t);
-  Lanes sum = broadcast(series[0]);
-  for (int k = 1; k < 14; ++k) sum = multiplyAdd(sum, t, broadcast(series[k]));
-  for (int k = 0; k < registers; ++k)
-    sum.part[k] =
-        reinterpret_cast<Register>(reinterpret_cast<RegisterMask>(sum.part[k]) +
-                                   (reinterpret_cast<RegisterMask>(shifted.part[k]) << 52));
-  return sum;
-}
-
 // Bits of the lanes where a > b; not set where one is NaN.
 PERIDEM_INLINE unsigned greaterBits(Register a, Register b) {
 #if defined(__AVX512F__)
@@ -184,6 +149,47 @@ PERIDEM_INLINE LaneBits greaterBits(const Lanes& a, const Lanes& b) {
   for (int k = 0; k < registers; ++k)
     bits |= greaterBits(a.part[k], b.part[k]) << (k * register_lanes);
   return static_cast<LaneBits>(bits);
+}
+
+// exp(t) for |t| <= ln 2 / 2: the polynomial of degree 11 through the Chebyshev points, which is
+// off by 3e-18 (coefficients by mpmath.chebyfit).
+PERIDEM_INLINE Lanes exponentialNearZero(const Lanes& t) {
+  constexpr double series[] = {2.511004920481866e-8,
+                               2.7632654722527792e-7,
+                               2.7557240887229869e-6,
+                               2.4801485441561313e-5,
+                               1.9841269890076403e-4,
+                               1.3888888952352863e-3,
+                               8.3333333333195896e-3,
+                               0.041666666666487953,
+                               0.16666666666666681,
+                               0.50000000000000184,
+                               1.0,
+                               1.0};
+  Lanes sum = broadcast(series[0]);
+  for (int k = 1; k < 12; ++k) sum = multiplyAdd(sum, t, broadcast(series[k]));
+  return sum;
+}
+
+// exp(a) = 2^n exp(t), n the integer nearest to a / ln 2. Below exp(-700) the result stays there.
+// Bonds far from softening have n = 0: then there is nothing to split off, to the same bits.
+PERIDEM_INLINE Lanes exponential(const Lanes& a) {
+  constexpr double shift = 6755399441055744.0;          // 1.5 * 2^52: rounds to integers
+  constexpr double log2e = 1.4426950408889634;          // 1 / ln 2
+  constexpr double ln2_high = 0.693147180369123816490;  // ln 2 in two parts, the first of 33 bits
+  constexpr double ln2_low = 1.90821492927058770002e-10;
+  if (greaterBits(magnitude(a), broadcast(0.34)) == 0) return exponentialNearZero(a);
+  const Lanes bounded = larger(a, broadcast(-700.0));
+  const Lanes shifted = multiplyAdd(bounded, broadcast(log2e), broadcast(shift));
+  const Lanes n = shifted - shift;
+  Lanes t = multiplySubtract(n, broadcast(ln2_high), bounded);
+  t = multiplySubtract(n, broadcast(ln2_low), t);
+  Lanes power = exponentialNearZero(t);
+  for (int k = 0; k < registers; ++k)
+    power.part[k] =
+        reinterpret_cast<Register>(reinterpret_cast<RegisterMask>(power.part[k]) +
+                                   (reinterpret_cast<RegisterMask>(shifted.part[k]) << 52));
+  return power;
 }
 
 #if !defined(__AVX512F__)

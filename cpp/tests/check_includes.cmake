@@ -10,20 +10,21 @@ endif()
 
 # Stems (path without extension), from the ground up.
 set(levels
-  "real errors lanes huge_pages"
+  "real errors lanes huge_pages stopwatch"
   "types"
   "fuzzy deck state node_sums neighbors cell_grid simd laws/influence"
-  "laws/lps laws/pmb laws/rnp laws/contact influence mesh integrator block_view"
+  "laws/lps laws/pmb laws/rnp laws/contact influence mesh integrator block_view kernel_arrays"
   "material contact_pair bond_lanes"
+  "bond_passes"
   "peridynamic_kernel"
   "particle instruction_set"
   "bonds external"
   "partition bond_block bond_energy fragments"
-  "contact_search"
+  "contact_search kernel_space"
   "contact peridynamic"
-  "contact_damping contact_network stability energy memory"
+  "peridynamic_setup contact_damping contact_network stability energy memory"
   "model"
-  "model_diagnostics")
+  "model_diagnostics model_setup")
 set(foreign "pybind11/|Python\\.h|yaml|vtk|[Hh]5|iostream|cstdio|stdio\\.h|fstream|filesystem")
 set(laws_may_include "real fuzzy lanes laws/influence laws/lps laws/pmb laws/rnp laws/contact")
 

@@ -92,6 +92,22 @@ TEST_CASE("lanes: exponential is within two units of the last place from -700 to
   });
 }
 
+TEST_CASE("lanes: exponential of small arguments has the same bits beside large ones") {
+  std::vector<double> alone, beside;
+  for (const double r : randomNumbers(many, 13)) {
+    alone.push_back(-0.17 * (r + 1));  // to -0.34
+    beside.push_back(alone.back());
+  }
+  for (std::size_t k = 0; k < beside.size(); k += lanes) beside[k] = -2;
+  forEachInstructionSet([&](const std::string& set) {
+    const std::vector<double> a = probe(set, LanesFunction::exponential, alone);
+    const std::vector<double> b = probe(set, LanesFunction::exponential, beside);
+    std::size_t differ = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) differ += k % lanes != 0 && a[k] != b[k];
+    CHECK(differ == 0);
+  });
+}
+
 TEST_CASE("lanes: exponential below -700 is that of -700, and not a number stays one") {
   const double infinity = std::numeric_limits<double>::infinity();
   const std::vector<double> in = {-700.5, -710,      -745,      -1e4,
