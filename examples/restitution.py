@@ -52,7 +52,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("restitution"))
     args = parser.parse_args()
 
-    ratios = np.linspace(0.2, 1, 3 if args.short else 17)
+    ratios = np.linspace(0.1, 1, 3 if args.short else 10)
     workers = 0 if args.short else None  # 0: here, without processes
     grid = {"pair": list(PAIRS), "damping_ratio": ratios}
     table = pd.study(rebound, grid=grid, folder=args.output, workers=workers)
