@@ -51,11 +51,13 @@ def main() -> None:
 
     speed = result.velocity_hexagon["y"]
     print(f"{speed.iloc[0]:.3f} m/s before, {speed.iloc[-1]:.3f} m/s after the impact;", end=" ")
-    print(f"{result.damage['broken'].iloc[-1]:.0f} bonds are broken")
+    broken = int(result.damage["broken"].iloc[-1])
+    print(f"{broken} bonds are broken")
     impact = float(result.kinetic_energy.iloc[:, 0].idxmin())
     times = [0.0, impact, impact + 0.05 * args.until, args.until]
     picture = args.output / "concave_hexagon.png"
-    result.render("damage_z", picture, at=times, limits=(0, 0.5), size=(1000, 440))
+    unbroken = {"limits": (0, 0.3), "colours": "YlGnBu"}  # stretches far below the critical one
+    result.render("damage_z", picture, at=times, **({} if broken else unbroken))
 
 
 if __name__ == "__main__":

@@ -69,7 +69,7 @@ def main() -> None:
         print(f"  measured again: {again:.4f}")
         axes.plot(found.value, found.achieved, "o", color=line.get_color(), markersize=9)
 
-    axes.set(xlabel="damping ratio", ylabel="coefficient of restitution", ylim=(0, 1.05))
+    axes.set(xlabel="damping ratio", ylabel="coefficient of restitution", ylim=(0.65, 1.02))
     axes.legend()
     axes.grid(alpha=0.4)
     plt.savefig(args.output / "restitution.png", dpi=150, bbox_inches="tight")

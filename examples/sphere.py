@@ -72,7 +72,7 @@ def main() -> None:
     right.set_ylabel("velocity of the ball [m/s]", color="tab:red")
     figure.savefig(args.output / "curves.png", dpi=110, bbox_inches="tight")
     at = float(velocity.index[np.abs(velocity).argmin()])  # deepest in the plate
-    result.render("damage_z", args.output / "sphere.png", at=at, limits=(0, 0.4), size=(1000, 700))
+    result.render("damage_z", args.output / "sphere.png", at=at, limits=(0, 0.4), colours="YlGnBu")
 
 
 if __name__ == "__main__":

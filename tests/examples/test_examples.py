@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from matplotlib.image import imread
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -111,6 +113,18 @@ def test_shapes_meshes_and_draws_every_shape(tmp_path: Path) -> None:
     # No two nodes come nearer than the edges that the mesher collapses.
     assert all(float(row[3]) > 0.25 for row in rows)
     assert picture.stat().st_size > 10_000
+
+
+def test_packings_are_drawn_with_their_porosities(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / "packings.py", "--short", "--output", tmp_path],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    for name in ("packings.png", "tessellations.png", "solids.png"):
+        assert imread(tmp_path / name).std() > 0.05, name
 
 
 def test_examples_stay_short() -> None:
