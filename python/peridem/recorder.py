@@ -177,9 +177,12 @@ class Recorder:
         if "Particle_Locations" in model.deck.output.tags:
             stem = writer.path(k).stem.replace("output", "particle_locations")
             jobs.append(self._take_locations(writer.folder / f"{stem}.csv"))
+        contacts = contacts_path(writer.path(k))
         if "Contact_Network" in model.deck.output.tags:
             network = contact_network(model)
-            jobs.append(lambda: write_contacts(contacts_path(writer.path(k)), network))
+            jobs.append(lambda: write_contacts(contacts, network))
+        elif contacts.exists():  # of an earlier run, whose output is replaced
+            jobs.insert(0, contacts.unlink)
 
         def write() -> None:
             for job in jobs:

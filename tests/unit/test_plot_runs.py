@@ -113,6 +113,15 @@ def test_outputs_without_contacts_are_refused_with_a_remedy(tmp_path: Path) -> N
     assert render(tmp_path, chains=False) is not None
 
 
+def test_contacts_of_an_earlier_run_go_with_its_outputs(tmp_path: Path) -> None:
+    two_discs().run(steps=4, every=2, output=tmp_path, tags=TAGS)
+    assert len(list(tmp_path.glob("contact_network_*.csv"))) == 3
+    two_discs().run(steps=2, every=2, output=tmp_path, tags=["Particle_ID"])
+    assert [path.name for path in tmp_path.glob("contact_network_*.csv")] == [
+        "contact_network_2.csv"  # its output is still there
+    ]
+
+
 def test_command_draws_chains_and_fragments(run: tuple[pd.DEMModel, Any], tmp_path: Path) -> None:
     _, result = run
     path = tmp_path / "p.png"
