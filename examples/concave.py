@@ -61,14 +61,15 @@ def main() -> None:
     table = pd.study(throw, grid=grid, folder=args.output, workers=workers)
     print(table[["speed", "momentum", "impulse", "broken"]].to_string(index=False))
 
-    _, axes = plt.subplots(1, len(table), figsize=(4 * len(table), 4), sharey=True)
+    figure, axes = plt.subplots(1, len(table), figsize=(4 * len(table), 4), sharey=True)
     for panel, (_, row) in zip(axes, table.iterrows(), strict=True):
         x, part = (np.load(args.output / row["id"] / f"{one}.npy") for one in ("x", "broken"))
-        panel.scatter(*(1e3 * x[:, :2].T), 5e4 * mesh_size, part, vmin=0, vmax=0.6)
+        drawn = panel.scatter(*(1e3 * x[:, :2].T), 1e5 * mesh_size, part, vmin=0, vmax=1)
         panel.axhline(0, color="black")
         panel.set(title=f"{row['speed']} m/s: {row['broken']:.0f} broken", xlabel="x [mm]")
         panel.set(aspect="equal", xlim=(-1.4, 2.4), ylim=(-0.2, 3.2))
     axes[0].set_ylabel("y [mm]")
+    figure.colorbar(drawn, ax=axes, label="fraction of broken bonds", pad=0.01, shrink=0.7)
     plt.savefig(args.output / "concave.png", dpi=150, bbox_inches="tight")
 
 

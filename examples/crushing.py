@@ -8,7 +8,8 @@ whose bonds break in tension only.
 
     python examples/crushing.py [--short] [--output DIR]
 
-writes crushing.csv (squeeze, force, broken bonds), fragments.csv (areas) and crushing.png.
+writes crushing.csv (squeeze, force, broken bonds), fragments.csv (masses and sizes), curves.png
+(force, grading curve of the fragments) and crushing.png (the fragments, one colour each).
 """
 
 from __future__ import annotations
@@ -16,13 +17,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import matplotlib as mpl
-import numpy as np
-import pandas
 import peridem as pd
-
-mpl.use("Agg")
-import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
 
 STRENGTH = 2e6  # [Pa]
 MODULI = {"bulk_modulus": 2.16e7, "shear_modulus": 1.296e7, "fracture_energy": 20}
@@ -47,25 +43,23 @@ def main() -> None:
     model = crushed.model
     model.step(model.n // 20)  # for the pieces to part
     pieces = pd.diagnostics.fragments(model, "grain")
-    grain = model.nodes_of("grain")
-    label, areas = pieces.labels[grain], pieces.volumes
-    order = np.argsort(-areas)
-    rank, areas = np.argsort(order), areas[order]
-    shares = ", ".join(f"{100 * one:.1f} %" for one in areas[:5] / areas.sum())
-    print(f"{len(areas)} pieces; the largest: {shares} of the grain")
+    table = pieces.to_frame()
+    shares = ", ".join(f"{100 * one:.1f} %" for one in table["mass"].head() / table["mass"].sum())
+    print(f"{len(pieces)} pieces; the largest: {shares} of the grain")
 
     crushed.table.to_csv(args.output / "crushing.csv")
-    pandas.Series(areas, name="area [m^2]").to_csv(args.output / "fragments.csv")
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.5))
+    table.to_csv(args.output / "fragments.csv")
+    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
     left.plot(100 * crushed.table["squeeze"], crushed.table["force"] / crushed.diameter / 1e6)
-    left.axhline(STRENGTH / 1e6, color="gray", linestyle=":")
+    left.axhline(STRENGTH / 1e6, color="gray", linestyle=":", label="wanted strength")
     left.set(xlabel="squeeze [%]", ylabel="force / diameter [MPa]")
-    x = 1e3 * model.state.x[grain]
-    colour = np.where(rank[label] < 9, rank[label], 9)  # small pieces share the last colour
-    right.scatter(x[:, 0], x[:, 1], 1e5 * press["mesh_size"], colour, cmap="tab10", vmin=0, vmax=9)
-    right.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", title=f"{len(areas)} pieces")
-    right.axis((-1.8, 1.8, -1.4, 1.2))
-    figure.savefig(args.output / "crushing.png", dpi=150, bbox_inches="tight")
+    left.legend(loc="upper left")
+    curve = pieces.size_distribution()
+    right.semilogx(1e3 * curve.index, 100 * curve["passing"], ".-", drawstyle="steps-post")
+    right.set(xlabel="diameter of the fragments [mm]", ylabel="mass in smaller ones [%]")
+    figure.savefig(args.output / "curves.png", dpi=150)
+    model.render(pieces, args.output / "crushing.png", size=(900, 560), style="nodes")
 
 
 if __name__ == "__main__":

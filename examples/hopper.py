@@ -71,8 +71,8 @@ def main() -> None:
     axes.twinx().plot(broken, color="tab:red")
     figure.axes[1].set_ylabel("broken bonds [%]", color="tab:red")
     figure.savefig(args.output / "discharge.png", dpi=110, bbox_inches="tight")
-    times = [args.until * k / 4 for k in (1, 2, 3, 4)]
-    result.render("damage", args.output / "hopper.png", at=times, size=(1200, 440))
+    times, box = [args.until * k / 4 for k in (1, 2, 3, 4)], (-0.22, -0.33, 0.22, 0.32)
+    result.render("damage", args.output / "hopper.png", at=times, zoom=box, size=(1200, 480))
 
 
 if __name__ == "__main__":

@@ -60,7 +60,7 @@ def main() -> None:
     t = [1e6 * row[0] for row in rows]
     figure, axes = plt.subplots()
     axes.plot(t, [row[1] for row in rows], color="tab:blue")
-    axes.set(xlabel="t [us]", ylabel="kinetic energy [J/m]")
+    axes.set(xlabel="t [µs]", ylabel="kinetic energy [J/m]")
     right = axes.twinx()
     right.plot(t, [row[2] for row in rows], color="tab:red")
     right.set_ylabel("broken bonds", color="tab:red")

@@ -63,7 +63,7 @@ def main() -> None:
     cells = {
         "random points": pk.voronoi(box, count=120),
         "lloyd=10": pk.voronoi(box, count=120, lloyd=10),
-        "gap": pk.voronoi(box, count=120, lloyd=5, gap=side / 150, min_edge=side / 70),
+        "gap and min_edge": pk.voronoi(box, count=120, lloyd=5, gap=side / 150, min_edge=side / 70),
     }
     save(cells, args.output / "tessellations.png")
     bin3d = pk.Hopper(width=0.016, outlet=0.005, funnel_height=0.007, height=0.02, dimension=3)

@@ -52,7 +52,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=Path("restitution"))
     args = parser.parse_args()
 
-    ratios = np.linspace(0.2, 1, 3 if args.short else 17)
+    ratios = np.linspace(0.1, 1, 3 if args.short else 10)
     workers = 0 if args.short else None  # 0: here, without processes
     grid = {"pair": list(PAIRS), "damping_ratio": ratios}
     table = pd.study(rebound, grid=grid, folder=args.output, workers=workers)
@@ -69,7 +69,7 @@ def main() -> None:
         print(f"  measured again: {again:.4f}")
         axes.plot(found.value, found.achieved, "o", color=line.get_color(), markersize=9)
 
-    axes.set(xlabel="damping ratio", ylabel="coefficient of restitution", ylim=(0, 1.05))
+    axes.set(xlabel="damping ratio", ylabel="coefficient of restitution", ylim=(0.65, 1.02))
     axes.legend()
     axes.grid(alpha=0.4)
     plt.savefig(args.output / "restitution.png", dpi=150, bbox_inches="tight")

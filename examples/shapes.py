@@ -3,19 +3,18 @@
 Problem: peridynamics wants evenly spaced nodes. Every shape is meshed with one node distance, the
 smallest distance and the spread of the nodal volumes are printed, and the meshes are drawn.
 
-    python examples/shapes.py [--output FILE]    # docs/images/shapes.png unless told otherwise
+    python examples/shapes.py [--output FILE]
+
+writes shapes.png, or FILE.
 """
 
 import argparse
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import peridem as pd
+from matplotlib.figure import Figure
 from peridem.shapes.outlines import region_of_mesh
-
-mpl.use("Agg")
-import matplotlib.pyplot as plt
 
 box = pd.Cuboid.between
 SHAPES = [
@@ -45,7 +44,7 @@ SHAPES = [
 ]
 
 
-def draw(figure: Any, place: int, shape: pd.shapes.BodyShape, mesh: Any) -> Any:
+def draw(figure: Figure, place: int, shape: pd.shapes.BodyShape, mesh: Any) -> Any:
     """Draw a mesh into a place of the figure: its edges, or the outer triangles of a solid."""
     if shape.dimension == 2:
         axes = figure.add_subplot(3, 6, place, aspect="equal")
@@ -63,9 +62,9 @@ def draw(figure: Any, place: int, shape: pd.shapes.BodyShape, mesh: Any) -> Any:
 def main() -> None:
     """Mesh, measure, draw."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--output", default="docs/images/shapes.png")
+    parser.add_argument("--output", default="shapes.png")
     output = parser.parse_args().output
-    figure = plt.figure(figsize=(13, 7), layout="tight")
+    figure = Figure(figsize=(13, 7), layout="tight")
     for place, shape in enumerate(SHAPES, 1):
         size = 0.12 if shape.dimension == 2 else 0.22
         mesh, name = shape.mesh(size), type(shape).__name__

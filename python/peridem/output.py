@@ -51,6 +51,7 @@ NODE_TAGS: Mapping[str, int] = {
     "Damage_Z": 1,
     "Damage": 1,
     "Theta": 1,
+    "Fragment_ID": 1,
 }
 """Deck tags that become an array on the nodes, with their number of components."""
 

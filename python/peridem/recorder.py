@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from .background import BackgroundWriter, Job
 from .body_table import bodies_path, write_bodies
 from .diagnostics import StopCriterion, TestWriter
+from .diagnostics.fragments import fragments
+from .diagnostics.network import contact_network, contacts_path, write_contacts
 from .errors import InputError
 from .output import OutputWriter, write_particle_locations
 from .strain import StrainField
@@ -175,6 +177,12 @@ class Recorder:
         if "Particle_Locations" in model.deck.output.tags:
             stem = writer.path(k).stem.replace("output", "particle_locations")
             jobs.append(self._take_locations(writer.folder / f"{stem}.csv"))
+        contacts = contacts_path(writer.path(k))
+        if "Contact_Network" in model.deck.output.tags:
+            network = contact_network(model)
+            jobs.append(lambda: write_contacts(contacts, network))
+        elif contacts.exists():  # of an earlier run, whose output is replaced
+            jobs.insert(0, contacts.unlink)
 
         def write() -> None:
             for job in jobs:
@@ -216,6 +224,7 @@ class Recorder:
             "Damage_Z": lambda: s.damage_z,
             "Damage": self.model.broken_fraction,
             "Theta": lambda: s.theta,
+            "Fragment_ID": lambda: fragments(self.model).labels.astype(np.int32),
         }
 
 

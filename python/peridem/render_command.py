@@ -92,8 +92,11 @@ def _zoom(value: Any) -> Any:
 @click.option(
     "--chains",
     type=click.Path(dir_okay=False, path_type=Path),
-    metavar="CSV",
-    help="Forces between bodies to draw, with the columns i, j, force.",
+    is_flag=False,
+    flag_value="",
+    metavar="[CSV]",
+    help="Draw forces between bodies: those of the outputs (tag Contact_Network), or of a file "
+    "with the columns i, j, force.",
 )
 @click.option("--series", is_flag=True, help="Draw what was recorded over time instead.")
 @with_exit_codes
@@ -115,7 +118,7 @@ def render(
         found = Outputs.open(output_dir, options["tag"]).find_field(field)
         picture = folder / f"{found.name}.png"
     if chains is not None:
-        options["chains"] = _table(chains)
+        options["chains"] = True if chains == Path() else _table(chains)
     with warnings.catch_warnings(record=True) as notes:
         warnings.simplefilter("always")
         written = draw(output_dir, field, picture, **options)

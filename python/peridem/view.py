@@ -318,6 +318,7 @@ class ModelView(ABC):
         """Facts about the run so far: steps, time, nodes, bonds, broken bonds, memory."""
         intact = self.bonds.intact
         return {
+            "dimension": self.dimension,
             "steps": self.n,
             "time": self.time,
             "dt": self.dt,

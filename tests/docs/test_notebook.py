@@ -61,7 +61,11 @@ def test_model_shows_its_bodies_without_being_built() -> None:
     html = model._repr_html_()
     assert "not built yet" in html
     assert len(images(html)) == 1
-    model.add_particle(Disc(), material=glass(), mesh_size=SIZE, at=(4e-3, 0))  # still open
+    fixed = {"at": (4e-3, 0), "fixed": True}  # the model is still open
+    model.add_particle(Disc(), material=glass(), mesh_size=SIZE, **fixed)
+    assert "fixed particle" in model._repr_html_()
+    model.init()
+    assert "fixed particle" in model._repr_html_()
     solid = pd.DEMModel(dimension=3)
     assert not images(solid._repr_html_())  # no bodies, no picture
     solid.add_particle(Block((1e-3, 1e-3, 1e-3)), material=glass(), mesh_size=2e-4)

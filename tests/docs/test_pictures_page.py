@@ -21,7 +21,7 @@ def test_snippets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names: dict[str, Any] = {}
     for snippet in snippets:
         exec(compile(snippet, str(PAGE), "exec"), names)
-    for name in ("impact.png", "grid.png", "r.png", "chains.png", "damage.png"):
+    for name in ("impact.png", "grid.png", "r.png", "chains.png", "fragments.png", "damage.png"):
         assert imread(tmp_path / name).std() > 0.02, name
     for name in ("impact.gif", "down.gif"):
         with Image.open(tmp_path / name) as film:

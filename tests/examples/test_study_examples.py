@@ -14,11 +14,18 @@ import pytest
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-def run_example(name: str, output: Path, *arguments: str) -> str:
+def run_example(name: str, output: Path, *arguments: str, short: bool = True) -> str:
     """Run an example in its short form; check that it drew its picture; return what it says."""
     pytest.importorskip("gmsh")
     done = subprocess.run(
-        [sys.executable, EXAMPLES / f"{name}.py", "--short", "--output", output, *arguments],
+        [
+            sys.executable,
+            EXAMPLES / f"{name}.py",
+            *["--short"] * short,
+            "--output",
+            output,
+            *arguments,
+        ],
         capture_output=True,
         text=True,
         check=False,
@@ -47,7 +54,7 @@ def test_crushing_breaks_at_the_wanted_strength(tmp_path: Path) -> None:
     said = run_example("crushing", tmp_path)
     again = numbers(said.split("measured again: ")[1])[0]
     assert again == pytest.approx(2e6, rel=0.03)
-    areas = pandas.read_csv(tmp_path / "fragments.csv")["area [m^2]"]
+    areas = pandas.read_csv(tmp_path / "fragments.csv")["volume"]
     # all of the disc, whose mesh is a polygon within it
     assert areas.sum() == pytest.approx(math.pi * 1e-6, rel=0.02)
     assert len(areas) > 1
@@ -60,12 +67,6 @@ def test_tension_tears_by_its_energy(tmp_path: Path) -> None:
     # The energy is that of an infinite strip, the horizon of 2.6 mm a quarter of the height.
     assert 0.95 * expected < strain < 1.2 * expected
     assert 0.2 * rayleigh < speed < rayleigh
-
-
-def test_two_materials_rebound_by_their_damping(tmp_path: Path) -> None:
-    said = run_example("two_materials", tmp_path)
-    free, damped = (numbers(line)[-1] for line in said.splitlines())
-    assert damped < 0.95 * free <= 0.95 * 1.01
 
 
 def test_sphere_gives_its_momentum_to_the_plate(tmp_path: Path) -> None:

@@ -334,7 +334,7 @@ def test_series_are_drawn_with_units_and_unlike_columns_apart(tmp_path: Path) ->
     frame.to_csv(tmp_path / "series.csv", index=False)
     figure: Any = plot_series(tmp_path)
     titles = [axes.get_title(loc="left") for axes in figure.axes]
-    assert titles == ["kinetic energy [J]", "damage: broken", "damage: fraction"]
+    assert titles == ["kinetic energy [J, in 2D J/m]", "damage: broken", "damage: fraction"]
     np.testing.assert_allclose(figure.axes[0].lines[0].get_xdata(), [0, 100, 200])
     assert figure.axes[-1].get_xlabel() == "t [µs]"
     path = plot_series(frame, "damage", tmp_path / "s.png")

@@ -266,7 +266,7 @@ def test_diverging_fields_are_symmetric_about_zero() -> None:
 
 def test_fragments_have_one_colour_each_whatever_array_they_come_in() -> None:
     labels = np.array([0, 1, 1, 0, 1, 1])
-    named = render(strip(fields={"Fragment": labels}), "fragment")
+    named = render(strip(fields={"Fragment_ID": labels}), "fragment")
     colours = mosaic(named).get_facecolor()  # an element has the label of its first node
     assert (colours[0] == colours[1]).all() and (colours[2] == colours[3]).all()
     assert not np.allclose(colours[0], colours[2])

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..files import replace_file
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from ..model import DEMModel
 
-__all__ = ["ContactNetwork", "contact_network"]
+__all__ = ["ContactNetwork", "contact_network", "contacts_path", "write_contacts"]
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
@@ -230,3 +232,20 @@ def contact_network(model: DEMModel) -> ContactNetwork:
         centers=centers,
         is_wall=np.array([body.is_wall for body in model._bodies]),
     )
+
+
+def contacts_path(output: Path) -> Path:
+    """Name of the table of contacts that goes with an output: ``contact_network_<k>.csv``."""
+    return output.with_name(f"{output.stem.replace('output', 'contact_network', 1)}.csv")
+
+
+def write_contacts(path: Path, network: ContactNetwork) -> None:
+    """Write the pairs of bodies as csv (tag ``Contact_Network``), as `to_frame` has them.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    with replace_file(path) as temporary:
+        network.to_frame().to_csv(temporary, index=False, lineterminator="\n")

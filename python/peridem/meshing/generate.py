@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 _KIND = {2: 2, 3: 4}
 """gmsh's number of the triangle and the tetrahedron, by dimension."""
+_CLEARANCE = 1.5
+"""Mesh sizes from the centre of a shape to its surface, from which a node is put there."""
 
 
 def region_of_drawing(shape: BodyShape) -> Geometry:
@@ -102,12 +104,14 @@ def generate(shape: BodyShape, size: float) -> Mesh:
     with gmsh_model() as gmsh:
         drawing = _drawn(gmsh, shape)
         step = size / drawing.scale
+        _pin_center(drawing, shape, step)
         _generate_uniform(drawing, step)
         mesh = _collect(drawing, source)
         sizes = local_size(mesh, size)
         if sizes.thin:
             wanted = sizes(mesh.points) / drawing.scale
             drawing = _drawn(gmsh, shape)  # anew: gmsh can hang when told to forget a mesh
+            _pin_center(drawing, shape, step)
             view = set_sizes(gmsh, drawing.drawn(mesh.points)[mesh.cells], wanted[mesh.cells])
             _generate_uniform(drawing, step)
             gmsh.view.remove(view)
@@ -137,6 +141,31 @@ def _drawn(gmsh: Any, shape: BodyShape) -> Drawing:
         raise InputError(f"{name}: the drawing has no surface and no volume; add one")
     diagonal = float(np.linalg.norm(box[3:] - box[:3]))
     return Drawing(gmsh, name, dimension, diagonal, scale, np.array(offset))
+
+
+def _pin_center(drawing: Drawing, shape: BodyShape, size: float) -> None:
+    """Ask for a node at the centre of a shape, where damping between bodies looks for it.
+
+    As the meshes of the original have it: without, the node nearest to the centre is up to half a
+    mesh size away, which is most of a contact radius. Shapes that are thin at their centre, or
+    hollow there, are left as they are, and so are drawings of the user's own.
+    """
+    from ..shapes import GmshGeometry
+
+    gmsh, dimension = drawing.gmsh, drawing.dimension
+    entities = gmsh.model.getEntities(dimension)
+    if len(entities) != 1 or is_discrete(gmsh) or isinstance(shape, GmshGeometry):
+        return
+    center = drawing.drawn(np.asarray(shape.geometry.center, dtype=float))
+    if not gmsh.model.isInside(dimension, entities[0][1], center.tolist()):
+        return
+    sides = gmsh.model.getBoundary(entities, oriented=False)
+    nearest = [gmsh.model.getClosestPoint(*side, center.tolist())[0] for side in sides]
+    if np.linalg.norm(np.array(nearest) - center, axis=1).min() < _CLEARANCE * size:
+        return
+    point = gmsh.model.occ.addPoint(*center, size)
+    gmsh.model.occ.synchronize()
+    gmsh.model.mesh.embed(0, [point], dimension, entities[0][1])
 
 
 def _generate_uniform(drawing: Drawing, size: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Chains", "draw_chains", "explain_chains", "make_chains"]
+__all__ = [
+    "ChainSource",
+    "Chains",
+    "chain_source",
+    "draw_chains",
+    "explain_chains",
+    "make_chains",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -49,6 +57,60 @@ class Chains:
     pairs: NDArray[np.int64]
     forces: FloatArray
     places: FloatArray | None = None
+
+
+@dataclass
+class ChainSource:
+    """Where the pictures of a series have their forces from.
+
+    Attributes
+    ----------
+    given : Chains or None
+        Forces for all states; None: each state has its own.
+    largest : float
+        The largest force of all states [N, N/m in 2D], which sets the widths of all lines.
+    """
+
+    given: Chains | None
+    largest: float = 0.0
+
+    def of(self, snapshot: Snapshot) -> Chains:
+        """Return the forces of a state.
+
+        Raises
+        ------
+        InputError
+            If they are not known, or their file cannot be read.
+        """
+        if self.given is not None:
+            return self.given
+        found = snapshot.contacts
+        if found is None:
+            raise InputError(
+                "render: chains = True: the outputs have no forces of contact; run with the tag "
+                "Contact_Network, or give a table"
+            )
+        return make_chains(_read(found) if isinstance(found, Path) else found)
+
+    def add(self, snapshot: Snapshot) -> None:
+        """Take a state into account."""
+        self.largest = max(self.largest, float(self.of(snapshot).forces.max(initial=0.0)))
+
+
+def chain_source(chains: Any) -> ChainSource | None:
+    """Take the argument `chains` of `render`: True, a table of forces, None or False."""
+    if chains is None or chains is False:
+        return None
+    return ChainSource(None if chains is True else make_chains(chains))
+
+
+def _read(path: Path) -> Any:
+    import pandas as pd
+
+    try:
+        return pd.read_csv(path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}; run the model again") from error
 
 
 def make_chains(source: Any) -> Chains:
@@ -116,7 +178,7 @@ def _sizes(columns: Mapping[str, FloatArray], where: str) -> FloatArray:
     raise InputError(f"{where}: the column force, or fx and fy, is missing; name it so")
 
 
-def draw_chains(axes: Axes, snapshot: Snapshot, scene: Scene, chains: Chains) -> None:
+def draw_chains(axes: Axes, snapshot: Snapshot, scene: Scene, source: ChainSource) -> None:
     """Draw lines between the centres of bodies, as wide as the forces.
 
     At a wall, whose centre may be far from the contact, a line ends at the place of the contact,
@@ -124,7 +186,8 @@ def draw_chains(axes: Axes, snapshot: Snapshot, scene: Scene, chains: Chains) ->
     """
     from matplotlib.collections import LineCollection
 
-    if not len(chains.forces) or not chains.forces.max() > 0:
+    chains = source.of(snapshot)
+    if not len(chains.forces):
         return
     points = snapshot.deformed(scene.look.scale).points
     centres = bodies_centres(snapshot, points)
@@ -137,7 +200,7 @@ def draw_chains(axes: Axes, snapshot: Snapshot, scene: Scene, chains: Chains) ->
     order = np.argsort(chains.forces)
     ends = _ends(snapshot, points, centres, chains, order)
     plane = ends[..., :2] if scene.camera is None else scene.camera.project(ends)
-    widths = THICKEST * chains.forces[order] / float(chains.forces.max())
+    widths = THICKEST * chains.forces[order] / source.largest
     lines = LineCollection(
         list(plane * scene.length[0]), linewidths=widths, colors=_ink(scene), zorder=4, alpha=0.85
     )
@@ -173,13 +236,13 @@ def _end(other: FloatArray, centre: FloatArray, wall: FloatArray | None, place: 
     return np.asarray(wall[((wall - other) ** 2).sum(axis=1).argmin()])
 
 
-def explain_chains(figure: Figure, scene: Scene, chains: Chains) -> None:
+def explain_chains(figure: Figure, scene: Scene, source: ChainSource) -> None:
     """Say below the pictures which force a line has that is so thick."""
     from matplotlib.lines import Line2D
 
-    if not len(chains.forces) or not chains.forces.max() > 0:
+    largest = source.largest
+    if not largest > 0:
         return
-    largest = float(chains.forces.max())
     size, unit = prefix([largest], "N/m" if scene.camera is None else "N")
     ink = scene.look.ink
     marks = [Line2D([], [], linestyle="none", label="contact force:")]

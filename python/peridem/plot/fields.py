@@ -97,7 +97,7 @@ FIELDS = {
         Field("Particle_ID", "Body", "", "labels", "particle_id"),
         Field("Zone_ID", "Zone", "", "labels", "zone_id"),
         Field("Fixity", "Fixity", "", "labels", "fixity"),
-        Field("Fragment", "Fragment", "", "labels"),
+        Field("Fragment_ID", "Fragment", "", "labels"),
         Field("Stress", "Von Mises stress", "Pa"),
         Field("Strain", "Equivalent strain"),
     )
@@ -109,7 +109,8 @@ _OTHER_NAMES = {
     "broken": "Damage",
     "z": "Damage_Z",
     "speed": "Velocity",
-    "fragments": "Fragment",
+    "fragment": "Fragment_ID",
+    "fragments": "Fragment_ID",
     "body": "Particle_ID",
     "bodies": "Particle_ID",
     "zone": "Zone_ID",

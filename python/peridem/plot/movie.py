@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..files import replace_file
-from .chains import Chains, explain_chains
+from .chains import ChainSource, explain_chains
 from .fields import Field
 from .outputs import Frame, Outputs
 from .scene import Scene
-from .sheet import colour_bar, draw_state, new_sheet
+from .sheet import colour_bar, draw_state, new_sheet, settle
 from .snapshot import Snapshot
 
 __all__ = ["MOVIES", "FrameJob", "draw_frames", "frame_images", "write_movie"]
@@ -47,7 +47,7 @@ class FrameJob:
     frames: Sequence[Frame]
     scene: Scene
     engine: str
-    chains: Chains | None = None
+    chains: ChainSource | None = None
 
     def snapshot(self, frame: Frame) -> Snapshot:
         """Read a state: what is needed of it, or all of it for a function of the caller's."""
@@ -77,6 +77,7 @@ class _Page:
         self._clear()
         draw_state(self.axes, snapshot, job.scene, engine=job.engine, chains=job.chains)
         if self._background is None:
+            settle(self.figure)
             canvas.draw()  # the layout, with the title and all else in its place
             self.figure.set_layout_engine("none")
             self._clear()

@@ -92,7 +92,8 @@ def _plan_rows(plan: Any) -> list[tuple[str, ...]]:
 def _built_rows(model: Any) -> list[tuple[str, ...]]:
     groups: dict[tuple[int, str], list[Any]] = {}
     for row in body_rows(model):
-        groups.setdefault((row.zone, row.kind), []).append(row)
+        kind = "fixed particle" if row.constrained and row.kind == "particle" else row.kind
+        groups.setdefault((row.zone, kind), []).append(row)
     return [
         (
             str(len(rows)),

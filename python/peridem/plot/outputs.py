@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..body_table import bodies_path, read_bodies
+from ..diagnostics.network import contacts_path
 from ..errors import InputError
 from ..modelling.arguments import plain, show_value
 from ..output import read_pvd, series_path
@@ -136,6 +137,9 @@ class Outputs:
         snapshot = Snapshot.from_vtu(frame.path, bodies=bodies, only=only)
         if snapshot.time is None and np.isfinite(frame.time):
             object.__setattr__(snapshot, "time", frame.time)
+        contacts = contacts_path(frame.path)
+        if contacts.is_file():
+            object.__setattr__(snapshot, "contacts", contacts)
         if frame.strain is None or (wanted is not None and wanted.tag not in _STRAIN):
             return snapshot
         stress = read_vtu(frame.strain)

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..files import make_folder, replace_file
 from ..modelling.arguments import checked, number, whole
-from .chains import Chains, explain_chains, make_chains
+from .chains import ChainSource, chain_source, explain_chains
 from .fields import Field, find_field, label_colours
 from .look import Look, make_look
 from .movie import MOVIES, FrameJob, draw_frames, find_ffmpeg, frame_images, write_movie
 from .outputs import Frame, Outputs
 from .scene import Scene, Survey
-from .sheet import colour_bar, draw_state, new_sheet
+from .sheet import colour_bar, draw_state, new_sheet, settle
 from .snapshot import FieldLike, Snapshot
 from .vtk_engine import choose_engine
 
@@ -90,9 +90,11 @@ def render(
         ``Output.Tag_PP`` of the run, when the folder has several.
     label, unit : str, optional
         Words and unit of the colour bar; those of the field when left out.
-    chains : DataFrame, mapping or contact network, optional
-        Forces between bodies: columns i, j and force (or fx, fy[, fz]), perhaps x, y[, z] of the
-        contact; drawn as lines as thick as the force.
+    chains : True, DataFrame, mapping or contact network, optional
+        Forces between bodies, drawn as lines as thick as the force. True: those of each state, by
+        `peridem.diagnostics.contact_network` for a model, and of outputs with the tag
+        ``Contact_Network``. A table is for all states: columns i, j and force (or fx, fy[, fz]),
+        perhaps x, y[, z] of the contact.
     limits : (float, float), optional
         Ends of the colour scale; those of the data, over all states drawn, when left out.
     colours : str, optional
@@ -144,8 +146,9 @@ def render(
     )  # fmt: skip
     target = _target(path)
     wish = _Wish(field, at, every, label, unit, is_movie=_is_movie(target))
-    states = _open(source, tag, wish)
-    task = _Task(states, look, None if chains is None else make_chains(chains), target)
+    given = chain_source(chains)
+    states = _open(source, tag, wish, with_contacts=given is not None and given.given is None)
+    task = _Task(states, look, given, target)
     figure = None
     if wish.is_movie:
         _animate(task, number(fps, "render: fps", above=0), _checked_workers(workers))
@@ -226,7 +229,7 @@ class _States:
 class _Task:
     states: _States
     look: Look
-    chains: Chains | None
+    chains: ChainSource | None
     target: Path | None
 
     def survey(self) -> tuple[Scene, str]:
@@ -234,6 +237,8 @@ class _Task:
         survey = Survey(self.look, self.states.field, self.states.source)
         for snapshot in self.states:
             survey.add(snapshot)
+            if self.chains is not None:
+                self.chains.add(snapshot)
         scene = survey.scene()
         engine, note = choose_engine(self.look.engine, scene.camera is not None)
         if note is not None:
@@ -256,6 +261,7 @@ def _draw_sheet(task: _Task) -> Figure:
     colour_bar(figure, axes, scene)
     if task.chains is not None:
         explain_chains(figure, scene, task.chains)
+    settle(figure)
     if task.target is not None:
         _save(figure, task.target, scene)
     return figure
@@ -326,12 +332,16 @@ def _checked_workers(workers: Any) -> int | None:
     return None if workers is None else whole(workers, "render: workers", 1)
 
 
-def _open(source: Any, tag: str | None, wish: _Wish) -> _States:
+def _open(source: Any, tag: str | None, wish: _Wish, *, with_contacts: bool = False) -> _States:
     """Find the states to be drawn, and the field in them."""
     if hasattr(source, "state") and hasattr(source, "bonds"):
-        name = wish.field if isinstance(wish.field, str) else ""
-        stress = name.lower().startswith(("stress", "strain", "von_mises"))
-        source = Snapshot.from_model(source, stress=stress)
+        name = wish.field.lower() if isinstance(wish.field, str) else ""
+        source = Snapshot.from_model(
+            source,
+            stress=name.startswith(("stress", "strain", "von_mises")),
+            pieces=name.startswith("fragment"),
+            contacts=with_contacts,
+        )
     if isinstance(source, Snapshot):
         return _of_memory(source, wish)
     folder = getattr(source, "folder", source)
@@ -368,9 +378,9 @@ def _of_memory(snapshot: Snapshot, wish: _Wish) -> _States:
     labels = getattr(wish.field, "labels", None)  # of fragments
     if labels is not None:
         labels = np.asarray(labels)
-        fields = {**snapshot.fields, "Fragment": labels}
+        fields = {**snapshot.fields, "Fragment_ID": labels}
         snapshot._given(labels)
-        wish = dataclasses.replace(wish, field="Fragment")
+        wish = dataclasses.replace(wish, field="Fragment_ID")
         snapshot = dataclasses.replace(snapshot, fields=fields)
     given = not (wish.field is None or isinstance(wish.field, str))
     if given:

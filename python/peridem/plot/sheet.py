@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .chains import Chains, draw_chains
+from .chains import ChainSource, draw_chains
 from .fields import DAMAGE_CAP, label_colours
 from .look import PIXELS_PER_INCH
 from .plane import draw_plane
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["colour_bar", "draw_state", "grid_shape", "new_sheet"]
+__all__ = ["colour_bar", "draw_state", "grid_shape", "new_sheet", "settle"]
 
 _LONG_SIDE = 5.0
 """Inches of the longer side of a picture without a wanted size."""
@@ -50,7 +50,7 @@ def new_sheet(scene: Scene, count: int = 1) -> tuple[Figure, list[Axes]]:
     figure = Figure(
         figsize=_inches(scene, rows, columns),
         dpi=PIXELS_PER_INCH,
-        layout="constrained" if count == 1 else "compressed",
+        layout="compressed",
         facecolor=scene.look.background,
     )
     FigureCanvasAgg(figure)
@@ -101,9 +101,10 @@ def _dress(axes: Axes, scene: Scene, *, left: bool, bottom: bool) -> None:
 
 
 def draw_state(
-    axes: Axes, snapshot: Snapshot, scene: Scene, *, engine: str, chains: Chains | None = None
+    axes: Axes, snapshot: Snapshot, scene: Scene, *, engine: str, chains: ChainSource | None = None
 ) -> None:
     """Draw a state, its title and its force chains."""
+    whole = snapshot  # chains end at walls that are hidden, too
     if scene.look.walls == "hidden":
         snapshot = snapshot.without_walls()
     if scene.camera is None:
@@ -111,7 +112,7 @@ def draw_state(
     else:
         draw_space(axes, snapshot, scene, engine=engine)
     if chains is not None:
-        draw_chains(axes, snapshot, scene, chains)
+        draw_chains(axes, whole, scene, chains)
     when = time_text(snapshot.time, scene.last_time, several=scene.several)
     title = "   ".join(part for part in (scene.look.title, when) if part)
     axes.set_title(title, loc="left", fontsize=10.5, color=scene.look.ink)
@@ -142,6 +143,17 @@ def colour_bar(figure: Figure, axes: Sequence[Axes], scene: Scene) -> None:
     elif size != 1.0:
         bar.formatter = FuncFormatter(lambda value, _: f"{value / size:.4g}")
         bar.update_ticks()
+
+
+def settle(figure: Figure) -> None:
+    """Lay a sheet out twice.
+
+    Axes of equal scales take their shape in the first pass; room for their titles and labels is
+    found in the second. With one alone they may stick out of the page.
+    """
+    engine: Any = figure.get_layout_engine()
+    for _ in range(2):
+        engine.execute(figure)
 
 
 def _name_labels(axes: Axes, scene: Scene) -> None:

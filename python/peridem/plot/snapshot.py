@@ -43,6 +43,8 @@ class Snapshot:
         Simulated time [s].
     element_fields : dict of str to ndarray, shape (n_elements,) or (n_elements, 6)
         Values of triangles, quads and tetrahedra, in the order of `cells`.
+    contacts : DataFrame, Path or None
+        Forces between bodies as `ContactNetwork.to_frame` has them, or their csv file.
     """
 
     points: npt.NDArray[np.float64]
@@ -51,6 +53,7 @@ class Snapshot:
     wall: Mask = field(default_factory=lambda: np.zeros(0, dtype=bool))
     time: float | None = None
     element_fields: dict[str, Array] = field(default_factory=dict)
+    contacts: Any = None
 
     def __post_init__(self) -> None:
         if len(self.wall) != len(self.points):
@@ -98,8 +101,24 @@ class Snapshot:
         return cls(points, fields, content["cells"], wall, content["time"])
 
     @classmethod
-    def from_model(cls, model: Any, *, stress: bool = False) -> Snapshot:
-        """Copy the present state of a `DEMModel`, with strain and stress when wanted."""
+    def from_model(
+        cls, model: Any, *, stress: bool = False, pieces: bool = False, contacts: bool = False
+    ) -> Snapshot:
+        """Copy the present state of a `DEMModel`, with what takes time only when it is wanted.
+
+        Parameters
+        ----------
+        model : DEMModel
+            The model.
+        stress : bool
+            With strain and stress.
+        pieces : bool
+            With the fragments of broken bodies, ``Fragment_ID``.
+        contacts : bool
+            With the forces between bodies.
+        """
+        from ..diagnostics import contact_network, fragments
+
         state = model.state
         fields = {
             tag: np.array(getattr(state, known.attribute))
@@ -113,8 +132,11 @@ class Snapshot:
         wall = _prescribed(state.particle_id, state.fixity, model.dimension == 3)
         for body in model.particles:
             wall[body.start : body.stop] |= body.type == "wall" or body.constrained
+        if pieces:
+            fields["Fragment_ID"] = fragments(model).labels
         cells = [(name, np.array(nodes)) for name, nodes in model.cells]
-        snapshot = cls(np.array(state.x), fields, cells, wall, float(model.time))
+        network = contact_network(model).to_frame() if contacts else None
+        snapshot = cls(np.array(state.x), fields, cells, wall, float(model.time), contacts=network)
         if stress:
             measured = StrainField(model)
             strain, stresses = measured.compute()
@@ -209,7 +231,10 @@ class Snapshot:
         body = self.fields.get("Particle_ID")
         if body is not None and "Particle_ID" in arrays:
             wall = np.isin(arrays["Particle_ID"], np.unique(body[self.wall]))
-        return Snapshot(np.asarray(points, dtype=float), dict(arrays), [], wall, self.time)
+        return Snapshot(
+            np.asarray(points, dtype=float), dict(arrays), [], wall, self.time,
+            contacts=self.contacts,
+        )  # fmt: skip
 
     def deformed(self, scale: float) -> Snapshot:
         """Return the state with displacements `scale` times as large.

@@ -11,7 +11,9 @@ import numpy as np
 from ..errors import InputError
 from ..files import make_folder, replace_file
 from ..modelling.arguments import checked, did_you_mean
+from .fields import FIELDS
 from .look import PIXELS_PER_INCH, Look, make_look
+from .outputs import Outputs
 from .scene import prefix
 
 if TYPE_CHECKING:
@@ -27,14 +29,14 @@ _DASHES = ("-", "--", "-.", ":")
 _MOST_CURVES = 12
 _UNLIKE = 100.0
 _UNITS = {
-    "energy": "J",
-    "kinetic_energy": "J",
-    "momentum": "kg m/s; L: kg m²/s",
-    "position": "m",
-    "reaction": "N",
-    "velocity": "m/s",
+    "energy": ("J", "J/m"),
+    "kinetic_energy": ("J", "J/m"),
+    "momentum": ("kg m/s; L: kg m²/s", "kg/s; L: kg m/s"),
+    "position": ("m", "m"),
+    "reaction": ("N", "N/m"),
+    "velocity": ("m/s", "m/s"),
 }
-"""Units of the package's recorders; in 2D energies, forces and momenta are per metre."""
+"""Units of the package's recorders, in 3D and, where they are per metre of thickness, in 2D."""
 
 
 @checked
@@ -77,7 +79,7 @@ def plot_series(
     look = make_look(size=size, background=background, title=title)
     frame = _frame(source)
     groups = _groups(frame, columns)
-    figure = _draw(frame, groups, look)
+    figure = _draw(frame, groups, look, _dimension(source))
     if path is None:
         return figure
     target = Path(path)
@@ -136,6 +138,32 @@ def _read(path: Path) -> pd.DataFrame:
         raise InputError(f"{path}: cannot be read as a table: {error}; give a csv file") from error
 
 
+def _dimension(source: Any) -> int | None:
+    """Dimension of the model that a series is of, where a result or a folder of outputs tells."""
+    if hasattr(source, "summary"):
+        known = source.summary.get("dimension")
+        return None if known is None else int(known)
+    if not isinstance(source, str | Path):
+        return None
+    path = Path(source)
+    try:
+        outputs = Outputs.open(path if path.is_dir() else path.parent)
+        return 3 if outputs.snapshot(outputs.frames[0], FIELDS["Displacement"]).is_3d else 2
+    except InputError:
+        return None
+
+
+def _unit(table: str, dimension: int | None) -> str:
+    """Return the unit of a recorder's table; both where the dimension is not known."""
+    name = next((one for one in _UNITS if table == one or table.startswith(f"{one}_")), None)
+    if name is None:
+        return ""
+    solid, plane = _UNITS[name]
+    if dimension is None and solid != plane:
+        return f"{solid}, in 2D {plane}"
+    return plane if dimension == 2 else solid
+
+
 def _groups(frame: pd.DataFrame, columns: Any) -> dict[str, list[str]]:
     """Columns of each panel, by the name of their table."""
     names = [str(one) for one in frame.columns]
@@ -178,7 +206,9 @@ def _heading(table: str, members: list[str]) -> str:
     return f"{table}: {', '.join(one.removeprefix(f'{table}.') for one in members)}"
 
 
-def _draw(frame: pd.DataFrame, groups: Mapping[str, list[str]], look: Look) -> Figure:
+def _draw(
+    frame: pd.DataFrame, groups: Mapping[str, list[str]], look: Look, dimension: int | None
+) -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -199,7 +229,9 @@ def _draw(frame: pd.DataFrame, groups: Mapping[str, list[str]], look: Look) -> F
     times = frame.index.to_numpy(dtype=float)
     factor, unit = prefix(times[np.isfinite(times)].tolist(), "s")
     for k, (name, members) in enumerate(groups.items()):
-        _panel(panels[k], frame, times / factor, name=name, members=members, look=look)
+        unit_of = _unit(members[0].split(".")[0], dimension)
+        heading = f"{name} [{unit_of}]" if unit_of else name
+        _panel(panels[k], frame, times / factor, name=heading, members=members, look=look)
         if k + columns >= count:
             panels[k].tick_params(labelbottom=True)
             panels[k].set_xlabel(f"t [{unit}]", color=look.ink)
@@ -224,11 +256,8 @@ def _panel(
             label=member.split(".", 1)[-1],
         )  # fmt: skip
     rest = len(members) - len(shown)
-    heading = f"{name} (the first {len(shown)} of {len(members)} columns)" if rest else name
-    words = heading.replace("_", " ")
-    table = members[0].split(".")[0]
-    unit = _UNITS.get(table) or next((_UNITS[k] for k in _UNITS if table.startswith(f"{k}_")), "")
-    axes.set_title(f"{words} [{unit}]" if unit else words, loc="left", fontsize=10, color=ink)
+    heading = f"{name}, the first {len(shown)} of {len(members)} columns" if rest else name
+    axes.set_title(heading.replace("_", " "), loc="left", fontsize=10, color=ink)
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(ink)
     axes.tick_params(colors=ink, labelsize=9)
