@@ -65,12 +65,12 @@ def make_folder(folder: Path) -> None:
     except OSError as error:
         raise InputError(
             f"output folder {folder}: cannot be created: {error.strerror}; "
-            "choose another with Output.Path or --output"
+            "choose another folder (Output.Path, --output or output=)"
         ) from error
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(
             f"output folder {folder}: is not writable; "
-            "change its permissions or choose another with Output.Path or --output"
+            "change its permissions or choose another folder (Output.Path, --output or output=)"
         )
 
 
@@ -79,11 +79,11 @@ def cannot_write(path: Path, reason: str) -> str:
     if path.is_dir():
         return (
             f"{path}: cannot be written: a folder has its name; rename or remove the folder, or "
-            "choose another place with Output.Path or --output"
+            "choose another folder (Output.Path, --output or output=)"
         )
     return (
         f"{path}: cannot be written: {reason}; free some space or "
-        "choose another folder with Output.Path or --output"
+        "choose another folder (Output.Path, --output or output=)"
     )
 
 

@@ -1,0 +1,89 @@
+"""Models in Python: turns and spins of many solids, and warnings of what has no effect."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas
+import peridem as pd
+import pytest
+from modelling_parts import Block, glass, two_discs
+
+
+@pytest.mark.parametrize("as_table", [True, False])
+def test_many_solids_turn_about_axes_and_spin_about_vectors(as_table: bool) -> None:
+    # A cube turned by pi/2 about x lies as before; nodes (x, y, z) go to (x, -z, y).
+    cube, quarter = Block((2e-3, 2e-3, 2e-3)), np.pi / 2
+    at = np.array([(0, 0, 0), (5e-3, 0, 0)])
+    spins = np.array([(10.0, 20.0, 30.0), (0.0, -5.0, 0.0)])
+    model = pd.DEMModel(3, threads=1)
+    common: dict[str, Any] = {"shape": cube, "material": glass(), "mesh_size": 5e-4}
+    if as_table:
+        columns = {"x": at[:, 0], "y": 0.0, "z": 0.0, "angle": quarter, "ax": 1.0}
+        columns |= dict(zip(("wx", "wy", "wz"), spins.T, strict=True))
+        model.add_particles(pandas.DataFrame(columns), **common)
+    else:
+        model.add_particles(at=at, angle=quarter, axis=(1, 0, 0), spin=spins, **common)
+    model.start()
+    reference = cube.mesh(5e-4).points
+    turned = np.column_stack([reference[:, 0], -reference[:, 2], reference[:, 1]])
+    s = model.state
+    for body, spin in zip(model.particles, spins, strict=True):
+        own = slice(body.start, body.stop)
+        np.testing.assert_allclose(s.x[own], at[body.id] + turned, atol=1e-17)  # round-off of 1 mm
+        mass = s.density[own] * s.volume[own]
+        arms = s.x[own] - mass @ s.x[own] / mass.sum()
+        np.testing.assert_allclose(s.v[own], np.cross(spin, arms), atol=1e-14)  # of 0.05 m/s
+
+
+def test_one_spin_vector_holds_for_all_solids() -> None:
+    model = pd.DEMModel(3, threads=1)
+    cube, at = Block((2e-3, 2e-3, 2e-3)), [(0, 0, 0), (5e-3, 0, 0)]
+    model.add_particles(shape=cube, at=at, spin=(10, 20, 30), material=glass(), mesh_size=5e-4)
+    model.start()
+    halves = model.state.v.reshape(2, -1, 3)
+    assert halves[0].any()
+    np.testing.assert_allclose(halves[1], halves[0], atol=1e-14)  # round-off of 0.05 m/s
+
+
+def test_contact_between_no_bodies_is_warned_of() -> None:
+    model = two_discs()
+    floor = model.add_wall(
+        Block((4e-3, 4e-4)), material=glass(), mesh_size=2e-4, at=(0, -2e-3), name="floor"
+    )
+    model.set_contact("lower", "upper", friction=0.1)
+    model.set_contact(glass(bulk_modulus=2e6), friction=0.2)
+    model.set_contact(floor, "floor", friction=0.3, damping_ratio=0.5)
+    model.set_contact(floor, friction=0.4)
+    model.init()
+    rest = "has no effect, as there are no two such bodies that can touch; correct a and b, or "
+    assert model.warnings == [
+        f"set_contact: friction = 0.2: {rest}leave it out",
+        f"set_contact: friction = 0.3, damping_ratio = 0.5: {rest}leave it out",
+    ]
+
+
+def test_nodes_moved_twice_in_one_direction_are_warned_of() -> None:
+    model = two_discs()
+    model.prescribe("lower", velocity=(0, 1), name="up")
+    model.prescribe("upper", displacement=("sin", 1e-4, 10), directions="x", name="shake")
+    model.prescribe("upper", velocity=(None, -1), name="down")  # another direction
+    model.prescribe("lower", velocity=(2, 2), nodes=[0, 1, 5], name="corner")
+    model.init()
+    assert model.warnings == [
+        "prescribe 'corner': moves 3 nodes that prescribe 'up' moves in the same direction: the "
+        "later one decides; take them out of one of the two"
+    ]
+    model.step(2)
+    lower = model.state.v[model.body("lower").nodes]
+    assert set(lower[[0, 1, 5], 1]) == {2.0}
+    assert lower[2, 1] == 1.0
+
+
+def test_an_empty_region_is_warned_of_once() -> None:
+    model = two_discs()
+    model.prescribe("lower", velocity=(1, 2), region=((5, 5), (6, 6)))  # two sets of the deck
+    model.init()
+    assert len(model.warnings) == 1
+    assert "no node lies in the set's region" in model.warnings[0]
