@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas
 import peridem as pd
 import pytest
-from modelling_parts import Block, glass, two_discs
+from helpers import box_mesh
+from modelling_parts import Block, glass, mesh_of, same, two_discs
 
 
 @pytest.mark.parametrize("as_table", [True, False])
@@ -87,3 +89,38 @@ def test_an_empty_region_is_warned_of_once() -> None:
     model.init()
     assert len(model.warnings) == 1
     assert "no node lies in the set's region" in model.warnings[0]
+
+
+def test_a_deck_of_many_zones_gives_the_bits_of_its_model(tmp_path: Path) -> None:
+    # More than 110 zones, where Zone_1111 would mean the pairs (1, 111) and (11, 11). The horizons
+    # differ, and with them Kn; pairs of zones have four contact laws in all.
+    model = pd.DEMModel(threads=1, dt=1e-9)
+    for k in range(112):
+        mesh = mesh_of(box_mesh((1e-3, 1e-3), (3, 3), jiggle=0.1, seed=k))
+        material = glass(horizon=(1.1 + 0.001 * k) * 1e-3)
+        at = (1.2e-3 * (k % 16), 1.2e-3 * (k // 16))
+        model.add_particle(mesh=mesh, material=material, at=at, velocity=(k, -k))
+    for y in (-0.8e-3, 9e-3):
+        model.add_wall(Block((30e-3, 2e-4)), material=glass(), at=(9e-3, y), mesh_size=2e-4)
+    model.set_contact(friction=0.1)
+    model.set_contact("mesh", "mesh-112", friction=0.4)
+    model.set_contact("mesh-11", self_contact=True)
+    model.set_contact("wall", friction=0.5)
+    model.run(steps=20)
+    path = model.to_deck(tmp_path)
+    deck = pd.DEMModel.from_deck(path, threads=1)
+    deck.run()
+    same(deck, model)
+    for i, j, friction in ((0, 1, 0.1), (10, 10, 0.1), (0, 110, 0.1), (0, 111, 0.4), (3, 112, 0.5)):
+        law = deck._core.contact_law(i, j)
+        assert law["friction"] == -friction
+        assert law == model._core.contact_law(i, j)
+    assert path.read_text().count("Copy_Contact_Data") == 111  # of the wall with the other bodies
+
+
+def test_a_deck_of_too_many_zones_is_not_written(tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.setattr("peridem.modelling.export.MOST_ZONES", 1)
+    model = two_discs()
+    model.add_wall(Block((4e-3, 4e-4)), material=glass(), mesh_size=2e-4, at=(0, -2e-3))
+    with pytest.raises(pd.InputError, match="2 combinations of shape, mesh size, material"):
+        model.to_deck(tmp_path, steps=1)
