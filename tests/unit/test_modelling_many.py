@@ -10,7 +10,7 @@ import pandas
 import peridem as pd
 import pytest
 from helpers import box_mesh
-from modelling_parts import Block, glass, mesh_of, same, two_discs
+from modelling_parts import SIZE, Block, glass, mesh_of, same, two_discs
 
 
 @pytest.mark.parametrize("as_table", [True, False])
@@ -124,3 +124,21 @@ def test_a_deck_of_too_many_zones_is_not_written(tmp_path: Path, monkeypatch: An
     model.add_wall(Block((4e-3, 4e-4)), material=glass(), mesh_size=2e-4, at=(0, -2e-3))
     with pytest.raises(pd.InputError, match="2 combinations of shape, mesh size, material"):
         model.to_deck(tmp_path, steps=1)
+
+
+def test_a_disc_is_centred_where_it_is_placed_at_any_angle() -> None:
+    # At this node its damping acts. Placed by the node nearest to the centre it was up to half a
+    # mesh size away, along with the angle.
+    model = pd.DEMModel(threads=1)
+    disc, at = pd.Circle(radius=1e-3), [(2.5e-3 * k, 1e-3 * k) for k in range(4)]
+    model.add_particles(
+        shape=disc,
+        at=at,
+        angle=[0, 1, 2, 3],
+        scale=[1, 1.1, 0.9, 1],
+        material=glass(),
+        mesh_size=SIZE,
+    )
+    model.init()
+    centers = [body.center[:2] for body in model.particles]
+    np.testing.assert_allclose(centers, at, rtol=0, atol=1e-15)  # round-off of 1e-2 m, 1e-18

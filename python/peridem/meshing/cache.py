@@ -18,7 +18,7 @@ import numpy as np
 
 from ..mesh import Mesh
 
-_FORMAT = 1  # goes up when the mesher makes other meshes of the same shapes
+_FORMAT = 2  # goes up when the mesher makes other meshes of the same shapes
 _MOST_IN_MEMORY = 256
 _SUFFIX = ".mesh.npz"
 

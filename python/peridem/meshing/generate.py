@@ -136,7 +136,19 @@ def _drawn(gmsh: Any, shape: BodyShape) -> Drawing:
     if dimension < 2:
         raise InputError(f"{name}: the drawing has no surface and no volume; add one")
     diagonal = float(np.linalg.norm(box[3:] - box[:3]))
-    return Drawing(gmsh, name, dimension, diagonal, scale, np.array(offset))
+    drawing = Drawing(gmsh, name, dimension, diagonal, scale, np.array(offset))
+    if shape.has_center_node:
+        _embed(drawing, shape.geometry.center)
+    return drawing
+
+
+def _embed(drawing: Drawing, point: FloatArray) -> None:
+    """Let the mesh have a node at a point [m] of the reference position."""
+    model = drawing.gmsh.model
+    (entity,) = model.getEntities(drawing.dimension)
+    tag = model.occ.addPoint(*drawing.drawn(point))
+    model.occ.synchronize()
+    model.mesh.embed(0, [tag], *entity)
 
 
 def _generate_uniform(drawing: Drawing, size: float) -> None:

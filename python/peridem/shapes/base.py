@@ -9,7 +9,7 @@ import math
 from abc import ABCMeta, abstractmethod
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -71,6 +71,8 @@ class BodyShape(metaclass=NamedArguments):
     Shapes are values: frozen, equal when their numbers are equal, usable as keys. A body
     made of a shape is its mesh, rotated about the origin, scaled and moved to its site.
     """
+
+    _center_node: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -154,6 +156,15 @@ class BodyShape(metaclass=NamedArguments):
         from ..meshing import mesh_shape
 
         return mesh_shape(self, mesh_size, cache=cache)
+
+    @property
+    def has_center_node(self) -> bool:
+        """Whether its meshes are made to have a node at its centre.
+
+        The program damps bodies at the node nearest to their centres. Only shapes whose meshes
+        do not become less even say so; spheres have such a node anyway.
+        """
+        return self._center_node
 
     @property
     def is_portable(self) -> bool:

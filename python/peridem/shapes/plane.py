@@ -26,6 +26,7 @@ class Circle(DeckShape):
 
     radius: float
     _type: ClassVar[str] = "circle"
+    _center_node: ClassVar[bool] = True
     _scalable: ClassVar[tuple[str, ...]] = ("radius",)
 
     def _parameters(self) -> tuple[list[float], list[float]]:
@@ -162,6 +163,7 @@ class Hexagon(DeckShape):
     radius: float
     angle: float = 0.0
     _type: ClassVar[str] = "hexagon"
+    _center_node: ClassVar[bool] = True
     _scalable: ClassVar[tuple[str, ...]] = ("radius",)
 
     def _check(self) -> None:
@@ -194,6 +196,7 @@ class ConcaveHexagon(DeckShape):
     neck: float
     angle: float = 0.0
     _type: ClassVar[str] = "drum2d"
+    _center_node: ClassVar[bool] = True
     _scalable: ClassVar[tuple[str, ...]] = ("radius", "neck")
 
     def _check(self) -> None:
