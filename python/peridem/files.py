@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .errors import InputError
 
-__all__ = ["cannot_write", "make_folder", "replace_file"]
+__all__ = ["cannot_write", "make_folder", "path_of", "replace_file"]
 
 
 @contextmanager
@@ -50,6 +50,19 @@ def replace_file(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
         raise
     _sync_folder(path.parent)
+
+
+def path_of(value: object, where: str) -> Path:
+    """Return a path, checked.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if not isinstance(value, str | os.PathLike):
+        raise InputError(f"{where} = {value!r:.60}: must be a path; give its name in quotes")
+    return Path(value)
 
 
 def make_folder(folder: Path) -> None:

@@ -17,7 +17,8 @@ from .diagnostics import check_finite
 from .driving import PROGRESS_SECONDS, Job, Observer, drive
 from .duration import interval_in_steps
 from .errors import InputError, NumericalError
-from .modelling.arguments import check_callable, checked, choice, number, path_of, vector, whole
+from .files import path_of
+from .modelling.arguments import check_callable, checked, choice, number, vector, whole
 from .modelling.plan import ModelPlan
 from .particle import Particle
 from .restart import find_deck

@@ -21,8 +21,9 @@ from .deck import Deck, Output
 from .deck.schema import Tag
 from .duration import duration_until, exact_duration, interval_in_steps, steps_until
 from .errors import InputError
+from .files import path_of
 from .mesh import Mesh
-from .modelling.arguments import checked, choice, number, path_of, whole
+from .modelling.arguments import checked, choice, number, whole
 from .modelling.bodies import Bodies, Body
 from .modelling.export import check_sayable, spelled_out, write_deck
 from .modelling.interactions import InteractionBuilder

@@ -326,3 +326,19 @@ def test_messages_of_the_build_are_in_terms_of_the_model() -> None:
     idle.prescribe("one", displacement=0, region=((9, 9), (10, 10)), name="far")
     idle.init()
     assert any(text.startswith("prescribe 'far': no node lies in") for text in idle.warnings)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: pd.Surface.from_stl(3), "Surface.from_stl: path = 3"),
+        (lambda: pd.MeshFile(path=3), "MeshFile: path = 3"),
+        (lambda: pd.packing.grid(DISC, cells=(2, 2)).to_csv(3), "to_csv: path = 3"),
+        (lambda: pd.study(rest, folder=3, t=[1]), "study: folder = 3"),
+        (lambda: pd.DEMModel.from_deck(None), "from_deck: path = None"),
+        (lambda: pd.DEMModel.resume(3), "resume: folder = 3"),
+        (lambda: model().to_deck(3, steps=1), "to_deck: folder = 3"),
+    ],
+)
+def test_what_is_no_path_is_refused(call: Any, text: str) -> None:
+    assert f"{text}: must be a path; give its name in quotes" in refusal(call)

@@ -5,10 +5,8 @@ from __future__ import annotations
 import functools
 import inspect
 import math
-import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -161,16 +159,6 @@ def vectors(value: Any, where: str, dimension: int, *, unit: str = "m") -> Float
     result = np.zeros((len(array), 3))
     result[:, : array.shape[1]] = array
     return result
-
-
-def path_of(value: Any, where: str) -> Path:
-    """Return a path, checked."""
-    try:
-        return Path(os.fspath(value))
-    except TypeError:
-        raise InputError(
-            f"{where} = {show_value(value)}: must be a path; give its name in quotes"
-        ) from None
 
 
 def check_callable(value: Any, where: str) -> None:
