@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from .bodies import BodyPlan
 from .deck import Contact, Deck, Material
-
-Pair = tuple[int, int]
+from .deck.contact_pairs import pair_name
 
 
 @dataclass(frozen=True)
@@ -70,29 +69,25 @@ def _met(deck: Deck, bodies: Sequence[BodyPlan]) -> Iterator[Defect]:
     yield from _moving_walls(deck, bodies)
 
 
-def _touching(deck: Deck, bodies: Sequence[BodyPlan]) -> list[tuple[Pair, Contact]]:
-    """Contact laws that some pair of bodies can use."""
+def _touching(deck: Deck, bodies: Sequence[BodyPlan]) -> list[tuple[str, Contact]]:
+    """Contact laws that some pair of bodies can use, by their key in the deck."""
     count = [0] * deck.n_zones
     for body in bodies:
         count[body.zone] += 1
     return [
-        ((i, j), contact)
+        (f"Contact.{pair_name((i, j), deck.n_zones)}", contact)
         for (i, j), contact in sorted(deck.contacts.items())
         if not (deck.zones[i].is_wall and deck.zones[j].is_wall)
         and (i != j or count[i] > 1 or contact.self_contact)
     ]
 
 
-def _key(pair: Pair) -> str:
-    return f"Contact.Zone_{pair[0] + 1}{pair[1] + 1}"
-
-
-def _friction(touching: list[tuple[Pair, Contact]]) -> Iterator[Defect]:
-    for pair, contact in touching:
+def _friction(touching: list[tuple[str, Contact]]) -> Iterator[Defect]:
+    for key, contact in touching:
         # friction with history is no option of the original: it opposes slip in both modes
         if contact.friction_on and contact.friction_coeff and contact.friction_model == "slip":
             yield Defect(
-                f"{_key(pair)}.Friction_Coeff",
+                f"{key}.Friction_Coeff",
                 "friction pushes along the slip and sliding gains energy",
                 "friction opposes the slip",
             )
@@ -112,15 +107,15 @@ def _quadratic_motion(deck: Deck) -> Iterator[Defect]:
 
 
 def _center_damping(
-    deck: Deck, bodies: Sequence[BodyPlan], touching: list[tuple[Pair, Contact]]
+    deck: Deck, bodies: Sequence[BodyPlan], touching: list[tuple[str, Contact]]
 ) -> Iterator[Defect]:
     if len(bodies) < 2:
         return
-    for pair, contact in touching:
+    for key, contact in touching:
         dissipates = contact.epsilon is not None and contact.epsilon < 1
         if contact.damping_on and dissipates and contact.beta_n_factor > 0:
             yield Defect(
-                f"{_key(pair)}.Epsilon",
+                f"{key}.Epsilon",
                 "damping between centres takes the disc of the bounding radius for a body's volume",
                 "damping between centres uses the volume of the body (its area in 2D)",
             )

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .errors import InputError
 
-__all__ = ["cannot_write", "make_folder", "replace_file"]
+__all__ = ["cannot_write", "make_folder", "path_of", "replace_file"]
 
 
 @contextmanager
@@ -52,6 +52,19 @@ def replace_file(path: Path) -> Iterator[Path]:
     _sync_folder(path.parent)
 
 
+def path_of(value: object, where: str) -> Path:
+    """Return a path, checked.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if not isinstance(value, str | os.PathLike):
+        raise InputError(f"{where} = {value!r:.60}: must be a path; give its name in quotes")
+    return Path(value)
+
+
 def make_folder(folder: Path) -> None:
     """Create an output folder when missing.
 
@@ -65,12 +78,12 @@ def make_folder(folder: Path) -> None:
     except OSError as error:
         raise InputError(
             f"output folder {folder}: cannot be created: {error.strerror}; "
-            "choose another with Output.Path or --output"
+            "choose another folder (Output.Path, --output or output=)"
         ) from error
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(
             f"output folder {folder}: is not writable; "
-            "change its permissions or choose another with Output.Path or --output"
+            "change its permissions or choose another folder (Output.Path, --output or output=)"
         )
 
 
@@ -79,11 +92,11 @@ def cannot_write(path: Path, reason: str) -> str:
     if path.is_dir():
         return (
             f"{path}: cannot be written: a folder has its name; rename or remove the folder, or "
-            "choose another place with Output.Path or --output"
+            "choose another folder (Output.Path, --output or output=)"
         )
     return (
         f"{path}: cannot be written: {reason}; free some space or "
-        "choose another folder with Output.Path or --output"
+        "choose another folder (Output.Path, --output or output=)"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -44,6 +45,7 @@ class LoadBuilder:
     outside: dict[tuple[str, int], Outside] = field(default_factory=dict)
     functions: list[NodeValues] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    _mover: NDArray[np.int64] | None = None
 
     def add_all(self) -> None:
         """Add all sets and the initial velocity.
@@ -67,6 +69,7 @@ class LoadBuilder:
                     moved.set_displacement(self._function(outside, "displacement", load, moved))
                 if outside is not None and outside.velocity is not None:
                     moved.set_velocity(self._function(outside, "velocity", load, moved))
+                self._note_movers(np.array(moved.nodes, dtype=np.int64), load.direction, k + 1)
                 self._add(self.core.add_displacement_set, moved, path)
         for k, force in enumerate(self.deck.force_sets):
             path = f"Force_BC.Set_{k + 1}"
@@ -110,6 +113,24 @@ class LoadBuilder:
         result.time_function = _core.TimeFunction(
             _core.TimeFunctionType[time.type], list(time.parameters)
         )
+
+    def _note_movers(
+        self, nodes: NDArray[np.int64], directions: Sequence[int], number: int
+    ) -> None:
+        """Note which set moves nodes, and warn of those that an earlier one was to move."""
+        if self._mover is None:
+            self._mover = np.zeros((len(self.core.state.x_ref), 3), dtype=np.int64)
+        axes = np.array(directions, dtype=np.int64) - 1
+        before = self._mover[np.ix_(nodes, axes)]
+        for other in np.unique(before[before > 0]):
+            count = int((before == other).any(axis=1).sum())
+            path = f"Displacement_BC.Set_{number}"
+            self.warnings.append(
+                f"{self.deck.where(path)}: {path}: moves {count} node{'' if count == 1 else 's'} "
+                f"that Displacement_BC.Set_{other} moves in the same direction: the later one "
+                "decides; take them out of one of the two"
+            )
+        self._mover[np.ix_(nodes, axes)] = number
 
     def _chosen(self, nodes: NDArray[np.int32], choose: NodeChoice) -> NDArray[np.int32]:
         """Those of some nodes that are chosen, body by body."""

@@ -73,6 +73,11 @@ class Material:
         who = self.law if name is None else f"{self.law} {name!r}"
         if name is not None and not isinstance(name, str):
             raise InputError(f"{self.law}: name = {name!r}: must be text; write it in quotes")
+        if values["horizon"] is not None and values["horizon_mesh_ratio"] is not None:
+            raise InputError(
+                f"{who}: horizon_mesh_ratio = {show_value(values['horizon_mesh_ratio'])}: is given "
+                "besides horizon; keep one of them"
+            )
         content = {_KEYS[argument]: value for argument, value in values.items()}
         bond_potential = dict(potential or {})
         if law_parameters is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,8 @@ from .diagnostics import check_finite
 from .driving import PROGRESS_SECONDS, Job, Observer, drive
 from .duration import interval_in_steps
 from .errors import InputError, NumericalError
-from .modelling.arguments import checked, choice, number, vector, whole
+from .files import path_of
+from .modelling.arguments import check_callable, checked, choice, number, vector, whole
 from .modelling.plan import ModelPlan
 from .particle import Particle
 from .restart import find_deck
@@ -154,7 +154,7 @@ class DEMModel(StagedModel):
             raise InputError(
                 f"compatibility = {compatibility!r}: must be 'original' or 'corrected'; choose one"
             )
-        deck = read_deck(Path(path))
+        deck = read_deck(path_of(path, "from_deck: path"))
         built = build_model(deck, threads=count, compatibility=compatibility)
         model = cls.__new__(cls)
         model._plan = None
@@ -198,7 +198,7 @@ class DEMModel(StagedModel):
         InputError
             If no checkpoint is usable, or the deck or its files have changed since.
         """
-        checkpoint, problems = newest_checkpoint(Path(folder), tag)
+        checkpoint, problems = newest_checkpoint(path_of(folder, "resume: folder"), tag)
         path = find_deck(checkpoint)
         model = cls.from_deck(path, threads, checkpoint.compatibility, allow_overlap=True)
         model._restarts = False
@@ -374,7 +374,9 @@ class DEMModel(StagedModel):
             steps = whole(steps, "steps", 0)
         if until is not None:
             until = number(until, "until", above=0, unit="s")
-        folder = None if output is None else Path(output)
+        folder = None if output is None else path_of(output, "output")
+        for name, function in (("callback", callback), ("progress", progress)):
+            check_callable(function, name)
         self._every_wanted = every if isinstance(every, float) else None
         last = self._resumed(folder, until, steps) if resume else self._last_step(until, steps)
         dt = self.dt
@@ -392,7 +394,7 @@ class DEMModel(StagedModel):
                 in_steps("record_every", record_every, interval),
                 lambda name, value: interval_in_steps(name, value, dt),
             ),
-            None if record_to is None else Path(record_to),
+            None if record_to is None else path_of(record_to, "record_to"),
             self.n if self._goes_on else None,
         )
         checkpoints = None

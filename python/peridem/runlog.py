@@ -51,7 +51,7 @@ class RunLog:
         except OSError as error:
             raise InputError(
                 f"{path}: the log file cannot be written: {error.strerror}; "
-                "choose another folder with Output.Path or --output"
+                "choose another folder (Output.Path, --output or output=)"
             ) from error
 
     def write(self, text: str) -> None:

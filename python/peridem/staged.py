@@ -21,6 +21,7 @@ from .deck import Deck, Output
 from .deck.schema import Tag
 from .duration import duration_until, exact_duration, interval_in_steps, steps_until
 from .errors import InputError
+from .files import path_of
 from .mesh import Mesh
 from .modelling.arguments import checked, choice, number, whole
 from .modelling.bodies import Bodies, Body
@@ -113,6 +114,7 @@ class StagedModel(InteractionBuilder, ModelView):
             except InputError as error:
                 raise InputError(composition.words.say(str(error))) from error
             self._composition = composition
+            self.warnings += composition.warnings
             for body in composition.layout.order:
                 body._layout = composition.layout
             self._take(composition.deck, built)
@@ -122,8 +124,9 @@ class StagedModel(InteractionBuilder, ModelView):
     def _put_in_words(self) -> None:
         if self._composition is not None:
             say = self._composition.words.say
-            self.warnings = [say(text) for text in self.warnings]
-            self.notes = [say(text) for text in self.notes]
+            # Several sets of the deck can be one load of the model, with the same to say.
+            self.warnings = list(dict.fromkeys(say(text) for text in self.warnings))
+            self.notes = list(dict.fromkeys(say(text) for text in self.notes))
 
     @property
     def track_energy(self) -> bool:
@@ -384,7 +387,9 @@ class StagedModel(InteractionBuilder, ModelView):
             of a deck already, its duration is unknown, or a file cannot be written.
         """
         composition = self._composed(until, steps)
-        return write_deck(self._deck_to_write(), composition.held, Path(folder))
+        return write_deck(
+            self._deck_to_write(), composition.held, path_of(folder, "to_deck: folder")
+        )
 
     def _deck_to_write(self) -> Deck:
         first: dict[int, int] = {}

@@ -205,6 +205,11 @@ class ModelView(ABC):
         self.init()
         return float(self._core.contact_law(self._body(p).id, self._body(q).id)["radius"])
 
+    def contact_stiffness(self, p: int, q: int) -> float:
+        """Contact stiffness Kn [N/m^7] of two bodies; an InputError if there is no such body."""
+        self.init()
+        return float(self._core.contact_law(self._body(p).id, self._body(q).id)["kn"])
+
     def contact_forces(self) -> FloatArray:
         """Force density of contact and its damping alone, shape (n_nodes, 3) [N/m^3].
 

@@ -114,6 +114,35 @@ def test_contact_pair_names_are_read_with_the_smaller_zone_first(decks):
     assert len(deck.contacts) == 11 * 12 // 2
 
 
+def test_numbers_of_a_pair_may_be_written_apart(decks, remove):
+    law = {"Damping_On": False, "Friction_Coeff": 0.7, "Kn": 1e20}
+    changes = {"Contact.Zone_12": remove, "Contact.Zone_1_2": law}
+    assert decks.two_grains(changes=changes).contacts[0, 1].friction_coeff == 0.7
+
+
+def test_pairs_beyond_110_zones_are_written_apart(decks, remove):
+    changes = _many_zones(112)
+    laws = {"Zone_1_1": 0.1, "Zone_1_111": 0.2, "Zone_11_11": 0.3}
+    changes["Contact"] = {
+        name: {"Damping_On": False, "Friction_Coeff": friction, "Kn": 1e20}
+        for name, friction in laws.items()
+    }
+    changes["Contact"]["Default_Pair"] = [1, 1]
+    changes["Contact"]["Zone_2_112"] = {"Copy_Contact_Data": [1, 111]}
+    contacts = decks.two_grains(changes=changes).contacts
+    assert len(contacts) == 112 * 113 // 2
+    expected = {(0, 0): 0.1, (0, 110): 0.2, (10, 10): 0.3, (1, 111): 0.2, (0, 1): 0.1, (5, 5): 0.1}
+    assert {pair: contacts[pair].friction_coeff for pair in expected} == expected
+
+
+def test_self_contact_of_the_default_pair_is_that_of_bodies_with_themselves(decks, remove):
+    law = {"Damping_On": False, "Friction_On": False, "Kn": 1e20, "Self_Contact": True}
+    contact = {"Zone_11": law, "Default_Pair": [1, 1]}
+    contacts = decks.two_grains(changes={"Contact": contact}).contacts
+    found = {pair: contact.self_contact for pair, contact in contacts.items()}
+    assert found == {(0, 0): True, (0, 1): False, (1, 1): True}
+
+
 def test_deck_of_ten_zones_reads_quickly(decks):
     path = decks.write(_many_zones(10))
     start = time.perf_counter()

@@ -32,7 +32,7 @@ BAD_VALUES = [
     ("Contact.Zone_11.Epsilon", 1.1, "must be at most 1"),
     ("Contact.Zone_11.Friction_Coeff", -0.1, "must be at least 0"),
     ("Contact.Zone_11.Kn", -1.0, "must be at least 0; give the normal stiffness in N/m^7, or "),
-    ("Zone.Zones", 111, "must be at most 110; give the number of zones; from 111 on, names such"),
+    ("Zone.Zones", 2001, "must be at most 2000; give the number of zones"),
     ("Contact.Zone_11.Contact_Radius", 1e-4, "is given besides Contact_Radius_Factor"),
     ("Contact.Zone_11.Center_Damping_Criterion", "center", "did you mean centers?"),
     ("Contact.Zone_11.Friction_Model", "histroy", "did you mean history?"),

@@ -57,7 +57,7 @@ def _files(folder: Path, make: Callable[[DeckFolder], dict[str, Any]]) -> Files:
 
 def _pair(folder: DeckFolder) -> dict[str, Any]:
     """Two discs, the upper one held by a load, with nearly every block of a deck."""
-    deck = folder.grains(rings=4, offset=(0.0, 2.25 * R), steps=100)
+    deck = folder.grains(rings=4, offset=(0.0, 2.35 * R), steps=100)
     for k in (1, 2):
         folder.mesh(f"disc_4_{k}", disc_mesh(R, 4))
     region = {"Type": "rectangle", "Parameters": [-R, 2.5 * R, 0, R, 3.5 * R, 0]}
@@ -106,7 +106,7 @@ def _pair(folder: DeckFolder) -> dict[str, Any]:
 
 def _cubes(folder: DeckFolder) -> dict[str, Any]:
     """Two cubes of different laws."""
-    deck = folder.cubes(steps=100, scheme="velocity_verlet")
+    deck = folder.cubes(offset=(1.0e-4, 0.5e-4, 1.2e-3), steps=100, scheme="velocity_verlet")
     deck["Material"]["Zone_2"] = {
         "Type": "RNPBond",
         "Horizon_Mesh_Ratio": 2.5,

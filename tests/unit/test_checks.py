@@ -1,11 +1,16 @@
 """What is checked before the first step: overlap, time step, ids, container."""
 
+import re
+
 import numpy as np
+import peridem as pd
 import pytest
 from helpers import GRAIN_RADIUS, disc_mesh, single_deck
-from peridem import DEMModel
-from peridem.checks import check_model, find_overlaps
+from modelling_parts import mesh_of
+from peridem import DEMModel, packing
+from peridem.checks import check_model
 from peridem.errors import InputError
+from peridem.overlaps import find_overlaps
 
 R = GRAIN_RADIUS
 SPACING = R / 6  # of the rings of a disc, the smallest distance of its nodes without jiggle
@@ -60,6 +65,75 @@ def test_refused_overlap_names_bodies_distance_and_remedy(deck_folder):
     assert "distance = 4.17e-05 m between their nodes 91 and 109" in text  # R / 24
     assert "must be at least 0.5 of the contact radius 0.000158 m" in text  # 0.95 R / 6
     assert "--allow-overlap" in text
+
+
+@pytest.mark.parametrize(("fraction", "warns"), [(0.501, True), (0.985, True), (0.995, False)])
+def test_bodies_that_start_in_contact_are_warned_of(deck_folder, fraction, warns):
+    # From 0.99 of the contact radius Rc = 0.95 h on, what the springs hold does not matter.
+    radius = 0.95 * SPACING
+    path = grains(deck_folder, (2 * R + fraction * radius, 0))
+    found = [text for text in initialised(path).warnings if "start in contact" in text]
+    places = deck_folder.folder / "places.csv"
+    expected = (
+        f"{places}:2: bodies 0 and 1 (from {places}:3) start in contact: "
+        f"distance = {fraction * radius:.3g} m between their nodes 91 and 109: is below the "
+        f"contact radius {radius:.3g} m, so that they push each other apart at once; move them "
+        f"{(1 - fraction) * radius:.2g} m apart (a packing: gap = {radius:.3g} or more), or give a "
+        "smaller contact radius"
+    )
+    assert found == ([expected] if warns else [])
+
+
+def test_bodies_that_do_not_repel_may_start_within_the_contact_radius(deck_folder):
+    deck = deck_folder.grains()
+    for contact in deck["Contact"].values():
+        contact["Kn_Factor"] = 0
+    offset = (2 * R + 0.9 * 0.95 * SPACING, 0)
+    model = initialised(grains(deck_folder, offset, Contact=deck["Contact"]))
+    assert model.contact_stiffness(0, 1) == 0
+    assert model.warnings == []
+
+
+def test_many_bodies_that_start_in_contact_are_counted_nearest_first():
+    mesh = mesh_of(disc_mesh(R))
+    model = pd.DEMModel(threads=1)
+    glass = pd.PDState(
+        density=1200, young_modulus=3e7, poisson_ratio=0.2, fracture_energy=50, horizon=R / 2
+    )
+    radius = 0.95 * SPACING
+    gaps = [0.9, 0.6, 0.8, 0.7, 0.95]  # from each disc to the next one
+    for k in range(6):
+        x = 2 * R * k + radius * sum(gaps[:k])
+        model.add_particle(mesh=mesh, at=(x, 0), material=glass, name=f"disc-{k}")
+    model.init()
+    found = [text for text in model.warnings if "in contact" in text]
+    assert [text.partition(" start")[0] for text in found[:3]] == [
+        "body 'disc-1': bodies 1 and 2 (from body 'disc-2')",
+        "body 'disc-3': bodies 3 and 4 (from body 'disc-4')",
+        "body 'disc-2': bodies 2 and 3 (from body 'disc-3')",
+    ]
+    assert found[3:] == ["and 2 more pairs of bodies start in contact"]
+
+
+@pytest.mark.parametrize("place", [packing.hexagonal, packing.grid])
+def test_gap_that_the_refusal_of_a_packing_names_is_enough(place):
+    glass = pd.PDState(
+        density=1200, young_modulus=3e7, poisson_ratio=0.2, fracture_energy=50, horizon=0.9e-3
+    )
+    disc = pd.Circle(radius=1e-3)
+
+    def model(gap):
+        made = pd.DEMModel(threads=1)
+        grains = place(disc, cells=(3, 3), gap=gap)
+        made.add_particles(grains, material=glass, mesh_size=0.3e-3)
+        return made
+
+    with pytest.raises(InputError, match="overlap at the start") as caught:
+        model(0.0).init()
+    (gap,) = set(re.findall(r"\(a packing: gap = (\S+) or more\)", str(caught.value)))
+    apart = model(float(gap))
+    apart.init()
+    assert apart.warnings == []
 
 
 def test_init_refuses_again_after_a_refusal(deck_folder):

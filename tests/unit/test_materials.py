@@ -79,6 +79,8 @@ REFUSED: list[tuple[type, dict[str, Any], str]] = [
     (pd.PDState, {**GOOD, "poisson_ratio": 0.5}, "poisson_ratio = 0.5: must be below 0.5"),
     (pd.PDState, {**GOOD, "fracture_energy": None}, "fracture_energy: missing; give fracture_ener"),
     (pd.PDState, {**GOOD, "fracture_toughness": 1}, "is given besides fracture_energy"),
+    (pd.PMBBond, {**REST, "bulk_modulus": 2e7, "poisson_ratio": 0.3}, "fix Poisson's ratio at 1/4"),
+    (pd.PDState, {**GOOD, "horizon_mesh_ratio": 3}, "= 3: is given besides horizon; keep one"),
     (pd.PDState, {**GOOD, "densty": 1}, "densty: unknown argument; did you mean density?"),
     (pd.PDState, {**GOOD, "nu": 0.2}, "nu: unknown argument; did you mean poisson_ratio?"),
     (pd.PDState, {"horizon": 1}, "PDState: density: missing; give it"),

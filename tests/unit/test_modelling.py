@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas
 import peridem as pd
 import pytest
-from helpers import box_mesh
-from modelling_parts import SIZE, Block, Disc, glass, mesh_of, same, two_discs
+from modelling_parts import SIZE, Block, Disc, glass, same, two_discs
 from numpy.typing import NDArray
 
 SOFT = glass(bulk_modulus=2e6, shear_modulus=1e6)
@@ -336,47 +334,3 @@ def test_the_time_step_is_the_one_given_or_part_of_the_stable_one() -> None:
     before = model.n
     model.run(steps=3)
     assert model.n == before + 3
-
-
-def test_more_kinds_of_bodies_than_a_deck_has_names_for(tmp_path: Path) -> None:
-    model = pd.DEMModel(threads=1, dt=1e-9, allow_overlap=True)
-    for k in range(112):
-        mesh = mesh_of(box_mesh((1e-3, 1e-3), (3, 3), jiggle=0.1, seed=k))
-        model.add_particle(mesh=mesh, material=glass(horizon=1.1e-3), at=(1.5e-3 * k, 0))
-    model.set_contact("mesh", "mesh-2", friction=0.4)
-    model.run(steps=2)
-    assert len(model.deck.zones) == 112
-    assert model._core.contact_law(0, 1)["friction"] == -0.4
-    assert model._core.contact_law(1, 111)["friction"] == 0
-    with pytest.raises(pd.InputError, match="112 combinations of shape, mesh size, material"):
-        model.to_deck(tmp_path)
-
-
-def test_a_hat_over_a_shape_that_no_deck_knows_needs_a_region() -> None:
-    model = pd.DEMModel(threads=1)
-    model.add_particle(Disc(known=False), material=glass(), mesh_size=SIZE, name="odd")
-    model.apply_force("odd", density=1.0, space=("hat_x", 1.0))
-    with pytest.raises(pd.InputError, match="body 'odd', which a deck cannot describe; give a reg"):
-        model.init()
-
-
-def test_what_no_deck_can_say_is_named(tmp_path: Path) -> None:
-    model = two_discs()
-    model.apply_force("lower", density=lambda t: 0.0, name="push")
-    model.prescribe("upper", displacement=lambda t: 0.0, velocity=lambda t: 0.0, nodes=[1])
-    with pytest.raises(pd.InputError) as caught:
-        model.to_deck(tmp_path, until=1e-6)
-    lines = str(caught.value).splitlines()
-    assert [line.partition(": a deck")[0] for line in lines] == [
-        "to_deck: apply_force 'push': a Python function as density",
-        "to_deck: prescribe: a Python function as displacement and a Python function as velocity "
-        "and chosen nodes",
-    ]
-
-
-def test_models_show_what_they_are() -> None:
-    assert repr(pd.DEMModel(3)) == "<DEMModel 3D: no bodies yet>"
-    model = two_discs()
-    assert repr(model) == "<DEMModel 2D: 2 bodies>"
-    model.step(3)
-    assert repr(model) == "<DEMModel 2D: 2 bodies, 254 nodes, 3696 bonds; step 3, t = 3e-07 s>"

@@ -105,7 +105,7 @@ PARTICLES: list[tuple[Any, dict[str, Any], str]] = [
     (None, {"shape": DISC, "at": TWO, "scale": [1]}, "scale = [1]: must be a number, or 2 of them"),
     (None, {"shape": DISC, "at": TWO, "angle": "a"}, "angle = a: must be a number, or 2 of them"),
     (None, {"shape": [DISC] * 3, "at": TWO}, "3 shapes for 2 places: must be one, or one for each"),
-    (None, {"shape": DISC, "at": []}, "at = []: must be (x, y)"),
+    (None, {"shape": DISC, "at": []}, "at: has no places; give at least one"),
     (None, {"shape": DISC, "at": TWO, "velocity": TWO + TWO}, "4 vectors for 2 places"),
     (3, {}, "source = 3: must be a packing or a DataFrame"),
     (table(x=1, yy=1), {"shape": DISC}, "column 'yy': is unknown; did you mean y?"),
@@ -117,6 +117,16 @@ PARTICLES: list[tuple[Any, dict[str, Any], str]] = [
     (table(x=1, y=1, radius=3), {"shape": DISC, "scale": 1}, "is given besides the column"),
     (table(x=1, y=1, radius=3), {"shape": 3}, "shape = 3: must be a shape"),
     (table(x=1, y=1, angle=3), {"shape": DISC, "angle": 1}, "is given besides the column"),
+    (table(x=1, y=1, radius=3, scale=1), {"shape": DISC}, "'radius': is given besides 'scale'"),
+    (table(x=1, y=1, wz=3, spin=1), {"shape": DISC}, "'wz': is given besides 'spin'"),
+    (table(x=1, y=1, wx=3), {"shape": DISC}, "spin = [3.0, 0.0, 0.0]: must be about z in 2D"),
+    (table(x=1, y=1, ax=1), {"shape": DISC}, "axis = [1.0, 0.0, 0.0]: must be z in 2D"),
+    (
+        None,
+        {"shape": DISC, "at": TWO, "axis": TWO},
+        "axis = [[0.0, 0.0], [0.003, 0.0]]: must be (x, y, z); give numbers",
+    ),
+    (None, {"shape": DISC, "at": TWO, "spin": [1, 2, 3]}, "must be a number, or 2 of them"),
 ]
 
 
@@ -166,6 +176,12 @@ MOTION: list[tuple[dict[str, Any], str]] = [
     ({"displacement": "lin"}, "did you mean linear?"),
     ({"displacement": ("linear",)}, "linear needs 1 parameter, has 0"),
     ({"displacement": ("linear", "a")}, "displacement: parameter 1 = 'a': must be a finite number"),
+    (
+        {"displacement": ("linear", 1, 2)},
+        "linear has 1 parameter, 2 are given; leave the",
+    ),
+    ({"displacement": 0, "space": ("hat_x", 1, 2)}, "space = ['hat_x', 1, 2]: hat_x has 1 parame"),
+    ({"velocity": (1, 0, 2)}, "velocity = [1, 0, 2]: z must be 0 in 2D; leave it out"),
     ({"displacement": ("rotation", 1)}, "must be one of constant, linear, quadratic, sin"),
     ({"displacement": (1,)}, "displacement = [1]: must have 2 components; None leaves"),
     ({"displacement": (None, None)}, "names no direction"),
@@ -246,6 +262,10 @@ RUN: list[tuple[dict[str, Any], str]] = [
     ({"steps": 3, "tags": ["Displacment"]}, "did you mean Displacement?"),
     ({"steps": 3, "checkpoint_every": 2}, "checkpoint_every = 2: checkpoints need a folder"),
     ({"steps": 3, "resume": True}, "resume = True: needs the folder of the checkpoints"),
+    ({"steps": 3, "output": 3}, "output = 3: must be a path; give its name in quotes"),
+    ({"steps": 3, "record_to": 3}, "record_to = 3: must be a path"),
+    ({"steps": 3, "callback": 3}, "callback = 3: must be a function of the model"),
+    ({"steps": 3, "progress": "bar"}, "progress = bar: must be a function of the model"),
     ({"stpes": 3}, "run: stpes: unknown argument; did you mean steps?"),
     ({"steps": 3, "record": ["momentm"]}, "no such recorder; did you mean momentum?"),
     ({"steps": 3, "record": 3}, "record = 3: must be a list of recorders"),
@@ -306,3 +326,19 @@ def test_messages_of_the_build_are_in_terms_of_the_model() -> None:
     idle.prescribe("one", displacement=0, region=((9, 9), (10, 10)), name="far")
     idle.init()
     assert any(text.startswith("prescribe 'far': no node lies in") for text in idle.warnings)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: pd.Surface.from_stl(3), "Surface.from_stl: path = 3"),
+        (lambda: pd.MeshFile(path=3), "MeshFile: path = 3"),
+        (lambda: pd.packing.grid(DISC, cells=(2, 2)).to_csv(3), "to_csv: path = 3"),
+        (lambda: pd.study(rest, folder=3, t=[1]), "study: folder = 3"),
+        (lambda: pd.DEMModel.from_deck(None), "from_deck: path = None"),
+        (lambda: pd.DEMModel.resume(3), "resume: folder = 3"),
+        (lambda: model().to_deck(3, steps=1), "to_deck: folder = 3"),
+    ],
+)
+def test_what_is_no_path_is_refused(call: Any, text: str) -> None:
+    assert f"{text}: must be a path; give its name in quotes" in refusal(call)

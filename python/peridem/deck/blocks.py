@@ -14,6 +14,7 @@ from .messages import Problems, field_at, nested_block, render_path, rule_text, 
 from .schema import DeckFile
 
 _ZONE_NAME = re.compile(r"[1-9]\d{0,8}")
+_PAIR_NAME = re.compile(r"[1-9]\d{0,8}|[1-9]\d{0,3}_[1-9]\d{0,3}")
 
 
 @dataclass
@@ -108,7 +109,8 @@ def _parse_top(
 
 def _is_item(name: str, numbered: Numbered) -> bool:
     rest = name.removeprefix(numbered.prefix)
-    return rest != name and _ZONE_NAME.fullmatch(rest) is not None
+    pattern = _PAIR_NAME if numbered.pairs else _ZONE_NAME
+    return rest != name and pattern.fullmatch(rest) is not None
 
 
 def _item_model(item: Any, numbered: Numbered) -> type[Block]:

@@ -410,3 +410,7 @@ class ContactZones(Block):
     numbered: ClassVar[Numbered | None] = Numbered(
         "Zone_ij", Contact, ContactCopy, "Copy_Contact_Data"
     )
+
+    default_pair: Annotated[tuple[Count, ...], Len(2, 2)] | None = key(
+        "Default_Pair", "the pair whose contact law all pairs have that are not given, e.g. [1, 1]"
+    )

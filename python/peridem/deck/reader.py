@@ -11,6 +11,7 @@ from peridem.errors import InputError
 
 from . import resolve as r
 from .blocks import Parsed, parse_blocks
+from .contact_pairs import resolve_contacts
 from .fields import Block
 from .loads import DisplacementSet, Forces, ForceSet, InitialVelocity
 from .materials import Contact, Material
@@ -187,7 +188,7 @@ def read_deck(path: str | Path) -> Deck:
     r.check_files(scope)
     r.check_test(scope)
     materials = r.resolve_materials(scope)
-    contacts = r.resolve_contacts(scope, zones)
+    contacts = resolve_contacts(scope, zones)
     displacements = r.resolve_sets(scope, "Displacement_BC", DisplacementSet)
     forces = r.resolve_sets(scope, "Force_BC", ForceSet)
     velocities = r.resolve_initial_velocities(scope)

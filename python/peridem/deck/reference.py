@@ -30,7 +30,9 @@ _HEAD = """\
 
 All keys that a deck may have, block by block: kind of value, unit, default and bounds. In the
 names k, i and j stand for numbers: `Material.Zone_k` is `Material.Zone_1`, `Material.Zone_2`, ...,
-and `Contact.Zone_ij` is `Contact.Zone_11`, `Contact.Zone_12`, ... with i <= j. A key that is not
+and `Contact.Zone_ij` is `Contact.Zone_11`, `Contact.Zone_12`, ... with i <= j
+(with more than 110 zones, where `Zone_1111` would mean two pairs, `Contact.Zone_1_1`,
+`Contact.Zone_1_2`, ...; fewer may be written so too). A key that is not
 here is an error; rules between keys are said in the messages. This page is written by
 `python -m peridem.deck.reference`.
 """

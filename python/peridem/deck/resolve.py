@@ -13,7 +13,7 @@ from peridem.geometry import make_shape
 from .blocks import Parsed
 from .fields import Block, join
 from .loads import InitialVelocity, LoadSet
-from .materials import Contact, ContactCopy, Material, MaterialCopy
+from .materials import Material, MaterialCopy
 from .messages import Problems
 from .schema import MeshZone, Model, ParticleGeneration, Particles, ParticleZone, Zone, Zones
 from .shapes import ShapeKeys
@@ -232,7 +232,7 @@ def resolve_materials(scope: Scope) -> list[Material | None]:
     """Material of each zone, copies followed; None where it is wrong."""
     found: list[Material | None] = []
     for name in scope.zone_names():
-        value = _follow(scope, "Material", name, _copied_zone, scope.zone_names())
+        value = follow(scope, "Material", name, _copied_zone, scope.zone_names())
         material = value if isinstance(value, Material) else None
         if material is not None and value is scope.parsed.items("Material").get(name):
             _check_bulk_modulus(scope, name, material)
@@ -244,14 +244,7 @@ def _copied_zone(block: Block | None) -> str | None:
     return f"Zone_{block.copy_material_data}" if isinstance(block, MaterialCopy) else None
 
 
-def _copied_pair(block: Block | None) -> str | None:
-    if not isinstance(block, ContactCopy):
-        return None
-    i, j = sorted(block.copy_contact_data)
-    return f"Zone_{i}{j}"
-
-
-def _follow(
+def follow(
     scope: Scope,
     block: str,
     name: str,
@@ -292,75 +285,6 @@ def _check_bulk_modulus(scope: Scope, name: str, material: Material) -> None:
         scope.problems.add(
             f"Material.{name}.K", "missing; contact between bodies needs the bulk modulus in Pa"
         )
-
-
-def resolve_contacts(scope: Scope, zones: tuple[Zone, ...]) -> dict[Pair, Contact]:
-    """Contact law of each pair of zones, 0-based with i <= j, copies followed."""
-    if scope.n_zones is None:
-        return {}
-    n = scope.n_zones
-    names = {(i, j): f"Zone_{i + 1}{j + 1}" for i in range(n) for j in range(i, n)}
-    items = scope.parsed.items("Contact")
-    required: list[str] = []
-    if not scope.single:
-        required = [
-            name for (i, j), name in names.items() if not (zones[i].is_wall and zones[j].is_wall)
-        ]
-        _check_pairs(scope, names, required)
-    contacts = {}
-    for pair, name in names.items():
-        if name in items:
-            value = _follow(scope, "Contact", name, _copied_pair, required)
-            if isinstance(value, Contact):
-                contacts[pair] = value
-                if value is items[name] and value.self_contact and pair[0] != pair[1]:
-                    text = "belongs to pairs Zone_ii: it is contact of a body with itself; move it"
-                    scope.problems.add(f"Contact.{name}.Self_Contact", text)
-    _note_no_force(
-        scope,
-        {
-            names[pair]: contacts[pair]
-            for pair in contacts
-            if names[pair] in items and not (zones[pair[0]].is_wall and zones[pair[1]].is_wall)
-        },
-    )
-    return contacts
-
-
-def _note_no_force(scope: Scope, contacts: dict[str, Contact]) -> None:
-    """Note pairs that can touch but repel with nothing; copies are noted once."""
-    noted: set[int] = set()
-    for name, contact in contacts.items():
-        if id(contact) in noted:
-            continue
-        for key_name, value in (("Kn", contact.kn), ("Kn_Factor", contact.kn_factor)):
-            if value == 0:
-                path = f"Contact.{name}.{key_name}"
-                scope.parsed.notes.append((path, "means no contact force between these zones"))
-                noted.add(id(contact))
-                break
-
-
-def _check_pairs(scope: Scope, names: dict[Pair, str], required: list[str]) -> None:
-    """Check that every pair that can touch is described, and no other."""
-    if "Contact" not in scope.parsed.blocks:
-        scope.problems.add("Contact", "missing; give Zone_ij for each pair of zones i <= j")
-        return
-    items = scope.parsed.items("Contact")
-    turned = {f"Zone_{j + 1}{i + 1}": name for (i, j), name in names.items() if i != j}
-    known = set(names.values())
-    for name in items:
-        if name not in known:
-            text = f"no such pair: there are {scope.n_zones} zones; correct it or Zone.Zones"
-            if name in turned:
-                text = f"pairs are written with the smaller zone first; write {turned[name]}"
-            scope.problems.add(f"Contact.{name}", text)
-    for name in required:
-        if name not in items:
-            scope.problems.add(
-                f"Contact.{name}",
-                "missing; give the contact of this pair of zones, or Copy_Contact_Data: [k, l]",
-            )
 
 
 def resolve_sets(scope: Scope, block: str, kind: type[L]) -> tuple[L, ...]:

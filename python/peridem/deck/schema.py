@@ -146,19 +146,24 @@ class Zone(ShapeKeys):
             yield "Type", "has no effect; the shape of the bodies is read from Particle.Zone_k"
 
 
+MOST_ZONES = 2000
+"""Pairs of zones grow with the square: memory for 2 million of them is still no matter."""
+
+MOST_JOINED = 110
+"""With more zones names such as Zone_1111 mean two pairs, (1, 111) and (11, 11)."""
+
+
 class Zones(Block):
     """Zone: the number of zones and their kinds."""
 
     numbered: ClassVar[Numbered | None] = Numbered("Zone_k", Zone)
 
-    # With 111 zones Contact.Zone_1111 would mean both (1, 111) and (11, 11).
     zones: Count = key(
         "Zones",
         "the number of zones",
         default=REQUIRED,
-        le=110,
-        remedy="give the number of zones; from 111 on, names such as Contact.Zone_1111 would mean "
-        "two pairs",
+        le=MOST_ZONES,
+        remedy="give the number of zones",
     )
 
 

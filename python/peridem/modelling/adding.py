@@ -99,6 +99,7 @@ class BodyBuilder:
         at: Any = None,
         scale: Any = None,
         angle: Any = None,
+        axis: Any = None,
         velocity: Any = None,
         spin: Any = None,
         fixed: bool = False,
@@ -110,8 +111,9 @@ class BodyBuilder:
         ----------
         source : Packing or DataFrame, optional
             A packing; or a table with the columns x, y[, z] and optionally scale (or radius, the
-            bounding radius of the body), angle[, ax, ay, az], vx, vy[, vz], spin, and shape (the
-            position in a sequence of shapes). Without it `shape` and `at` are needed.
+            bounding radius of the body), angle[, ax, ay, az], vx, vy[, vz], spin (about z) or wx,
+            wy, wz, and shape (the position in a sequence of shapes). Without it `shape` and `at`
+            are needed.
         material : Material
             Their material.
         mesh_size : float
@@ -121,11 +123,14 @@ class BodyBuilder:
         at : array_like, shape (n, 2) or (n, 3), optional
             Where the origins of the shapes are placed [m].
         scale, angle : float or array_like of shape (n,), optional
-            Factor on the shape; turn [rad] about z.
+            Factor on the shape; turn [rad] about `axis`.
+        axis : array_like, shape (3,) or (n, 3), optional
+            Axis of the turn; z when left out.
         velocity : array_like, shape (2,), (3,), (n, 2) or (n, 3), optional
             Velocity [m/s] at the start.
-        spin : float or array_like of shape (n,), optional
-            Angular velocity [rad/s] about z at the start.
+        spin : float or array_like, shape (n,), (n, 3) or in 3D (3,), optional
+            Angular velocity [rad/s] at the start: about z, or vectors. Three numbers for three
+            particles are one for each; write [(wx, wy, wz)] then.
         fixed : bool
             Whether they never move.
         name : str, optional
@@ -142,7 +147,10 @@ class BodyBuilder:
             If an argument breaks a rule, or the model is built already.
         """
         plan = self._open_plan("add_particles")
-        given = {"at": at, "scale": scale, "angle": angle, "velocity": velocity, "spin": spin}
+        given = {
+            "at": at, "scale": scale, "angle": angle, "axis": axis, "velocity": velocity,
+            "spin": spin,
+        }  # fmt: skip
         rows = rows_of(source, shape, given, plan.dimension)
         forms: dict[int, Form] = {}
         for row in rows:

@@ -71,9 +71,15 @@ _OTHER_NAMES = {
 }
 
 
+_BOND_BASED = "bond-based laws fix Poisson's ratio at 1/4; give young_modulus or bulk_modulus alone"
+_FIXED = {"poisson_ratio": _BOND_BASED, "shear_modulus": _BOND_BASED, "nu": _BOND_BASED}
+
+
 def did_you_mean(word: Any, known: Iterable[str]) -> str:
     """Remedy for a name that is not one of those known."""
     names = list(known)
+    if word in _FIXED and "bulk_modulus" in names and "poisson_ratio" not in names:
+        return _FIXED[word]
     near = _nearest(str(word), names)
     return f"did you mean {near}?" if near else f"known are {', '.join(names)}"
 
@@ -143,7 +149,9 @@ def vectors(value: Any, where: str, dimension: int, *, unit: str = "m") -> Float
         array = np.empty(0)
     if array.ndim != 2 or array.shape[1] not in ((2, 3) if dimension == 2 else (3,)):
         shown = show_value(value[0] if isinstance(value, list) and len(value) == 1 else value)
-        raise InputError(f"{where} = {shown}: must be {text}; give numbers in {unit}")
+        raise InputError(
+            f"{where} = {shown}: must be {text}; give numbers{f' in {unit}' if unit else ''}"
+        )
     if not np.all(np.isfinite(array)):
         raise InputError(f"{where}: must be finite numbers in {unit}; replace nan and inf")
     if dimension == 2 and array.shape[1] == 3 and np.any(array[:, 2] != 0) and unit != "":
@@ -151,6 +159,15 @@ def vectors(value: Any, where: str, dimension: int, *, unit: str = "m") -> Float
     result = np.zeros((len(array), 3))
     result[:, : array.shape[1]] = array
     return result
+
+
+def check_callable(value: Any, where: str) -> None:
+    """Refuse what is given and cannot be called with the model."""
+    if value is not None and not callable(value):
+        raise InputError(
+            f"{where} = {show_value(value)}: must be a function of the model; give its name "
+            "without ()"
+        )
 
 
 def plain(value: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,6 +28,8 @@ _KEYS = {
 ARGUMENTS = {key: argument for argument, key in _KEYS.items()}
 
 Matches = Callable[[Body], bool]
+Signature = tuple[tuple[bool, bool], ...]
+Kind = tuple[Signature, bool]
 
 
 def anything(_: Body) -> bool:
@@ -93,16 +95,45 @@ def contact_block(values: Mapping[str, Any], who: str) -> Contact:
     return validated(Contact, content, who, ARGUMENTS)
 
 
-def signature(body: Body, rules: list[ContactRule]) -> tuple[tuple[bool, bool], ...]:
+def signature(body: Body, rules: list[ContactRule]) -> Signature:
     """Which sides of which rules a body is on: bodies with the same are alike in contact."""
     return tuple((rule.a(body), rule.b(body)) for rule in rules)
 
 
-def pair_values(
-    one: tuple[tuple[bool, bool], ...],
-    other: tuple[tuple[bool, bool], ...],
-    rules: list[ContactRule],
-) -> dict[str, Any]:
+def idle_rule_warnings(kinds: Iterable[Kind], rules: list[ContactRule]) -> list[str]:
+    """Return a warning for each rule that is about no two bodies that can touch.
+
+    Parameters
+    ----------
+    kinds : iterable of (signature, bool)
+        Signature of each zone's bodies, and whether they are walls.
+    rules : list of ContactRule
+        All rules.
+
+    Returns
+    -------
+    list of str
+        Warnings, in the order of the rules.
+    """
+    seen = list(dict.fromkeys(kinds))
+    pairs = [
+        (one, other)
+        for k, (one, is_wall) in enumerate(seen)
+        for other, other_is_wall in seen[k:]
+        if not (is_wall and other_is_wall)
+    ]
+    warnings = []
+    for k, rule in enumerate(rules):
+        if not any((one[k][0] and two[k][1]) or (two[k][0] and one[k][1]) for one, two in pairs):
+            said = ", ".join(f"{name} = {value!r}" for name, value in rule.values.items())
+            warnings.append(
+                f"set_contact: {said}: has no effect, as there are no two such bodies that can "
+                "touch; correct a and b, or leave it out"
+            )
+    return warnings
+
+
+def pair_values(one: Signature, other: Signature, rules: list[ContactRule]) -> dict[str, Any]:
     """Values that the rules give to two bodies: general rules first, later ones last."""
     values: dict[str, Any] = {}
     order = sorted(range(len(rules)), key=lambda k: rules[k].sides)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,8 +13,9 @@ from ruamel.yaml import YAML
 
 from ..build import Held
 from ..deck import Contact, Deck, Neighbor
+from ..deck.contact_pairs import pair_name
 from ..deck.fields import Block
-from ..deck.schema import Container
+from ..deck.schema import MOST_JOINED, MOST_ZONES, Container
 from ..errors import InputError
 from ..files import make_folder, replace_file
 from ..outside import FloatArray
@@ -22,7 +24,6 @@ from .mesh_files import mesh_content
 
 DECK = "input.yaml"
 PLACES = "particle_locations.csv"
-MOST_ZONES = 110
 _FLAT_AXIS = (0.0, 0.0, 1.0)
 
 
@@ -108,19 +109,22 @@ def _materials(deck: Deck, names: list[str]) -> dict[str, Any]:
 
 def _contacts(deck: Deck) -> dict[str, Any]:
     """Contact of each pair, repeated ones as copies."""
-    # Beyond 110 zones names such as Zone_1111 have two meanings: no file has them, hashes have.
-    join = "" if deck.n_zones <= MOST_ZONES else "_"
+    made = {id(contact): _text(contact) for contact in deck.contacts.values()}
+    texts = {pair: made[id(contact)] for pair, contact in deck.contacts.items()}
+    usual = None
+    if deck.n_zones > MOST_JOINED and texts:  # no deck of the original; tens of thousands of pairs
+        usual = Counter(texts.values()).most_common(1)[0][0]
     first: dict[str, tuple[int, int]] = {}
     result: dict[str, Any] = {}
-    texts: dict[int, str] = {}
-    for (i, j), contact in deck.contacts.items():
-        name = f"Zone_{i + 1}{join}{j + 1}"
-        text = texts.setdefault(id(contact), _text(contact))
-        if text in first:
-            result[name] = {"Copy_Contact_Data": list(first[text])}
-        else:
+    for (i, j), text in texts.items():
+        name = pair_name((i, j), deck.n_zones)
+        if text not in first:
             first[text] = (i + 1, j + 1)
-            result[name] = _keys(contact)
+            result[name] = _keys(deck.contacts[i, j])
+            if text == usual:
+                result["Default_Pair"] = [i + 1, j + 1]
+        elif text != usual:
+            result[name] = {"Copy_Contact_Data": list(first[text])}
     return result
 
 
@@ -176,15 +180,17 @@ def spelled_out(deck: Deck, stiffness: Callable[[int, int], float], box: FloatAr
     Returns
     -------
     Deck
-        With contact radius, Kn, container and search settings; it gives the same run.
+        With contact radius, Kn, container and search settings; it gives the same run. Kn is left
+        out with more zones than decks of the original can have.
     """
+    has_kn = deck.n_zones <= MOST_JOINED
     contacts: dict[tuple[int, int], Contact] = {}
     made: dict[tuple[int, float], Contact] = {}
     for (i, j), contact in deck.contacts.items():
-        kn = stiffness(i, j)
+        kn = stiffness(i, j) if has_kn else 0.0
         if (id(contact), kn) not in made:
             changes: dict[str, Any] = {}
-            if contact.kn is None:
+            if has_kn and contact.kn is None:
                 changes |= {"kn": kn, "kn_factor": 1.0}
             if contact.contact_radius is None and contact.contact_radius_factor is None:
                 changes["contact_radius_factor"] = 0.95

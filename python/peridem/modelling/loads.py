@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..deck import DisplacementSet, ForceSet, Geometry
-from ..deck.loads import DISPLACEMENT_TIMES, FORCE_TIMES, SPATIAL_PARAMETERS
+from ..deck.loads import (
+    DISPLACEMENT_TIMES,
+    FORCE_TIMES,
+    SPATIAL_PARAMETERS,
+    TIME_PARAMETERS,
+)
 from ..errors import InputError
 from ..geometry import make_shape
 from ..outside import FloatArray, NodeChoice, Outside, TimeCallable
@@ -140,7 +145,18 @@ def parse_space(value: Any, who: str) -> dict[str, Any] | None:
         return None
     name, *parameters = [value] if isinstance(value, str) else list(plain(value))
     known = [key for key in SPATIAL_PARAMETERS if key != "rotation"]
-    return {"Type": choice(name, known, f"{who}: space"), "Parameters": parameters}
+    name = choice(name, known, f"{who}: space")
+    _check_count(name, parameters, SPATIAL_PARAMETERS[name], f"{who}: space")
+    return {"Type": name, "Parameters": parameters}
+
+
+def _check_count(name: str, parameters: Sequence[Any], most: int, where: str) -> None:
+    """Refuse parameters that a built-in function would not use; decks may have them."""
+    if len(parameters) > most:
+        raise InputError(
+            f"{where} = {show_value((name, *parameters))}: {name} has {most} "
+            f"parameter{'' if most == 1 else 's'}, {len(parameters)} are given; leave the rest out"
+        )
 
 
 def parse_region(
@@ -227,7 +243,11 @@ def _by_component(value: Any, target: Target, where: str) -> list[tuple[float, l
         )
     directions: dict[float, list[int]] = {}
     for axis, component in enumerate(given):
-        if component is None or (target.dimension == 2 and axis == 2):
+        if target.dimension == 2 and axis == 2:
+            if component not in (None, 0):
+                raise InputError(f"{where} = {show_value(value)}: z must be 0 in 2D; leave it out")
+            continue
+        if component is None:
             continue
         if axis + 1 in target.directions:
             directions.setdefault(number(component, where), []).append(axis + 1)
@@ -244,7 +264,9 @@ def _named(value: Any, known: Sequence[str], where: str) -> tuple[str, list[floa
     if not isinstance(given, list) or not given or not isinstance(given[0], str):
         return None
     parameters = [number(one, f"{where}: parameter {k}") for k, one in enumerate(given[1:], 1)]
-    return choice(given[0], known, where), parameters
+    name = choice(given[0], known, where)
+    _check_count(name, parameters, TIME_PARAMETERS[name], where)
+    return name, parameters
 
 
 def motion_parts(target: Target, label: str, displacement: Any, velocity: Any) -> list[LoadPart]:

@@ -31,7 +31,7 @@ from ..mesh.data import RawMesh
 from ..outside import Outside
 from ..placement import Placement
 from .bodies import Body, Form, MeshableShape
-from .contact import ContactRule, contact_block, pair_values, signature
+from .contact import ContactRule, contact_block, idle_rule_warnings, pair_values, signature
 from .export import PLACES, deck_data, places_csv
 from .loads import LoadPart
 from .mesh_files import mesh_content, suffix_of
@@ -74,12 +74,15 @@ class Composition:
         Order of the bodies.
     words : Words
         How messages about the deck are said in terms of the model.
+    warnings : list of str
+        What of the plan has no effect.
     """
 
     deck: Deck
     held: Held
     layout: Layout
     words: Words
+    warnings: list[str]
 
 
 @dataclass
@@ -166,7 +169,9 @@ class ModelPlan:
             inputs=_Inputs(held),
         )
         words = Words(zones, self.loads)
-        return Composition(_identified(deck), held, Layout(order, ids, starts), words)
+        kinds = [(signature(zone[0], self.rules), zone[0].is_wall) for zone in zones]
+        idle = idle_rule_warnings(kinds, self.rules)
+        return Composition(_identified(deck), held, Layout(order, ids, starts), words, idle)
 
     def _zones(self) -> list[list[Body]]:
         """Bodies alike in mesh, material, kind and contact, in the order of the first of each."""

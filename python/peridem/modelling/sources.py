@@ -16,7 +16,10 @@ _PACKING = ("shapes", "shape_index", "positions", "scales", "angles")
 _PLACES = ("x", "y", "z")
 _AXES = ("ax", "ay", "az")
 _VELOCITIES = ("vx", "vy", "vz")
-_COLUMNS = (*_PLACES, "scale", "radius", "angle", *_AXES, *_VELOCITIES, "spin", "shape")
+_SPINS = ("wx", "wy", "wz")
+_COLUMNS = (
+    *(*_PLACES, "scale", "radius", "angle", *_AXES, *_VELOCITIES, "spin", *_SPINS, "shape"),
+)
 
 Row = dict[str, Any]
 
@@ -31,7 +34,7 @@ def rows_of(source: Any, shape: Any, given: Mapping[str, Any], dimension: int) -
     shape : shape or sequence of shapes or None
         Their shapes.
     given : mapping
-        The arguments at, scale, angle, velocity and spin.
+        The arguments at, scale, angle, axis, velocity and spin.
     dimension : int
         Dimension of the model.
 
@@ -48,7 +51,7 @@ def rows_of(source: Any, shape: Any, given: Mapping[str, Any], dimension: int) -
     if source is not None and all(hasattr(source, name) for name in _PACKING):
         columns = _of_packing(source, shape, given)
     elif source is not None and hasattr(source, "columns"):
-        columns = _of_table(source, shape, given, dimension)
+        columns = _of_table(source, shape, given)
     elif source is not None and shape is None and hasattr(source, "geometry"):
         return rows_of(None, source, given, dimension)  # a shape in the first place
     elif source is not None:
@@ -62,7 +65,10 @@ def rows_of(source: Any, shape: Any, given: Mapping[str, Any], dimension: int) -
 
 
 def _of_packing(packing: Any, shape: Any, given: Mapping[str, Any]) -> Row:
-    for name, value in {"shape": shape, **{k: given[k] for k in ("at", "scale", "angle")}}.items():
+    for name, value in {
+        "shape": shape,
+        **{k: given[k] for k in ("at", "scale", "angle", "axis")},
+    }.items():
         if value is not None:
             raise InputError(
                 f"{_WHO}: {name} = {show_value(value)}: is given by the packing; leave it out"
@@ -79,18 +85,30 @@ def _of_packing(packing: Any, shape: Any, given: Mapping[str, Any]) -> Row:
     }
 
 
-def _of_table(table: Any, shape: Any, given: Mapping[str, Any], dimension: int) -> Row:
+def _names_of(table: Any) -> list[str]:
+    """Names of the columns, checked."""
     names = [str(name) for name in table.columns]
     for name in names:
         if name not in _COLUMNS:
             raise InputError(f"{_WHO}: column {name!r}: is unknown; {did_you_mean(name, _COLUMNS)}")
+    for one, other in (("radius", "scale"), *((name, "spin") for name in _SPINS)):
+        if one in names and other in names:
+            raise InputError(
+                f"{_WHO}: column {one!r}: is given besides {other!r}; keep one of them"
+            )
     for name in ("x", "y"):
         if name not in names:
             raise InputError(f"{_WHO}: column {name!r}: missing; the table needs x and y in m")
+    return names
+
+
+def _of_table(table: Any, shape: Any, given: Mapping[str, Any]) -> Row:
+    names = _names_of(table)
     if given["at"] is not None:
         raise InputError(f"{_WHO}: at: is given besides the table; leave it out")
     columns: Row = dict(given)
-    for argument, parts in (("at", _PLACES), ("velocity", _VELOCITIES), ("axis", _AXES)):
+    vectors_of = {"at": _PLACES, "velocity": _VELOCITIES, "axis": _AXES, "spin": _SPINS}
+    for argument, parts in vectors_of.items():
         present = [name for name in parts if name in names]
         if present:
             _not_twice(argument, given)
@@ -105,7 +123,7 @@ def _of_table(table: Any, shape: Any, given: Mapping[str, Any], dimension: int) 
     columns["shape"] = shape
     if "shape" in names:
         columns["shape"] = _picked(table["shape"], shape)
-    if "radius" in names and "scale" not in names:
+    if "radius" in names:
         _not_twice("scale", given)
         columns["scale"] = _column(table, "radius") / _radii(columns["shape"], len(table))
     return columns
@@ -164,10 +182,10 @@ def _of_arrays(shape: Any, given: Mapping[str, Any], dimension: int) -> Row:
 
 def _rows(columns: Row, dimension: int) -> list[Row]:
     """One set of arguments for each body; what is given once holds for all."""
+    if np.size(columns["at"]) == 0:
+        raise InputError(f"{_WHO}: at: has no places; give at least one")
     places = vectors(columns["at"], f"{_WHO}: at", dimension)
     n = len(places)
-    if n == 0:
-        raise InputError(f"{_WHO}: at: has no places; give at least one")
     shapes = columns["shape"]
     if not isinstance(shapes, Sequence):
         shapes = [shapes] * n
@@ -176,17 +194,22 @@ def _rows(columns: Row, dimension: int) -> list[Row]:
             f"{_WHO}: shape: {len(shapes)} shapes for {n} places: must be one, or one for each; "
             "correct it"
         )
-    velocities = _spread_vectors(columns.get("velocity"), n, dimension)
-    axes = columns.get("axis")
-    numbers = {name: _spread(columns.get(name), name, n) for name in ("scale", "angle", "spin")}
+    velocities = _spread_vectors(columns, "velocity", n, dimension, "m/s")
+    axes = _spread_vectors(columns, "axis", n, 3, "")
+    scalars = ["scale", "angle"]
+    spins = None
+    if _are_vectors(columns.get("spin"), n, dimension):
+        spins = _spread_vectors(columns, "spin", n, 3, "rad/s")
+    else:
+        scalars.append("spin")
+    numbers = {name: _spread(columns.get(name), name, n) for name in scalars}
     rows = []
     for k in range(n):
         row: Row = {"shape": shapes[k], "at": places[k].tolist()}
         row |= {name: float(values[k]) for name, values in numbers.items() if values is not None}
-        if velocities is not None:
-            row["velocity"] = velocities[k].tolist()
-        if axes is not None and dimension == 3:
-            row["axis"] = list(map(float, axes[k]))
+        for name, found in (("velocity", velocities), ("axis", axes), ("spin", spins)):
+            if found is not None:
+                row[name] = found[k].tolist()
         rows.append(row)
     return rows
 
@@ -206,14 +229,22 @@ def _spread(value: Any, name: str, n: int) -> Any:
     return np.broadcast_to(array, (n,))
 
 
-def _spread_vectors(value: Any, n: int, dimension: int) -> Any:
+def _are_vectors(value: Any, n: int, dimension: int) -> bool:
+    """Whether spins are given as vectors rather than as one number or one for each of n bodies."""
+    shape = np.shape(value)
+    return len(shape) == 2 or (shape == (3,) and dimension == 3 and n != 3)
+
+
+def _spread_vectors(columns: Row, name: str, n: int, dimension: int, unit: str) -> Any:
+    """Vectors, shape (n, 3); None when they are not given."""
+    value = columns.get(name)
     if value is None:
         return None
     rows = value if np.ndim(value) == 2 else [value]
-    array = vectors(rows, f"{_WHO}: velocity", dimension, unit="m/s")
+    array = vectors(rows, f"{_WHO}: {name}", dimension, unit=unit)
     if len(array) not in (1, n):
         raise InputError(
-            f"{_WHO}: velocity: {len(array)} vectors for {n} places: must be one, or one for each; "
+            f"{_WHO}: {name}: {len(array)} vectors for {n} places: must be one, or one for each; "
             "correct it"
         )
     return np.broadcast_to(array, (n, 3))

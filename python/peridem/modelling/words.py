@@ -48,7 +48,7 @@ class Words:
     def say(self, text: str) -> str:
         """Return a message in terms of the model."""
         text = re.sub(r"Material\.Zone_(\d+)((?:\.\w+)*)", self._material, text)
-        text = re.sub(r"Contact\.Zone_(\d+)((?:\.\w+)*)", self._contact, text)
+        text = re.sub(r"Contact\.Zone_(\d+(?:_\d+)?)((?:\.\w+)*)", self._contact, text)
         text = re.sub(r"(?:Mesh|Particle|Zone)\.Zone_(\d+)(?:\.\w+)*", self._body, text)
         text = re.sub(r"(Displacement|Force)_BC\.Set_(\d+)", self._load, text)
         text = re.sub(r"\bZone_(\d+)\b", self._body, text)
@@ -75,9 +75,10 @@ class Words:
     def _contact(self, match: re.Match[str]) -> str:
         digits, argument = match[1], OF_CONTACT.get(match[2].lstrip("."), "")
         what = f"contact: {argument}" if argument else "contact"
-        if len(digits) != 2:  # which zones is not clear from more digits
+        numbers = digits.split("_") if "_" in digits else list(digits)
+        if len(numbers) != 2:  # which zones is not clear from more digits
             return what
-        one, other = (self._names(int(digit)) for digit in digits)
+        one, other = (self._names(int(number)) for number in numbers)
         pair = f"among {one}" if one == other else f"of {one} with {other}"
         return f"contact {pair}" + (f": {argument}" if argument else "")
 

@@ -60,7 +60,8 @@ def random(
     weights : sequence of float, optional
         How often each shape is taken, by number; equal by default.
     gap : float
-        Smallest distance [m] between grains and from the walls.
+        Smallest distance [m] between grains and from the walls. In a model it should be the
+        contact radius, or the mesh size, which is a little more: grains that touch are refused.
     angles : float or "random"
         Angle [rad] at first (grains that are no discs turn while moved apart), or any.
     measure : {"bounding", "equivalent", "leading", "scale"}

@@ -57,7 +57,8 @@ def grid(
         Distance [m] of the points along each axis. By default grains cannot overlap: twice the
         largest radius, the gap and the perturbation.
     gap : float
-        Smallest distance [m] between grains, for the default spacing and for rows.
+        Smallest distance [m] between grains, for the default spacing and for rows. In a model it
+        should be the contact radius, or the mesh size: grains that touch are refused.
     perturbation : float or tuple
         Largest move [m] along each axis.
     layout : {"uniform", "rows"}

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..files import replace_file
+from ..files import path_of, replace_file
 from ..geometry import Shape
 from ..geometry.base import FloatArray
 from .arguments import choice, integer, number, vector
@@ -318,7 +318,7 @@ class Packing:
         lines = [names]
         for zone, *values in zip(*columns, strict=True):
             lines.append(", ".join([str(int(zone)), *(repr(float(v)) for v in values)]))
-        path = Path(path)
+        path = path_of(path, "to_csv: path")
         with replace_file(path) as temporary:
             temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
         return path

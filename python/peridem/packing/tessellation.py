@@ -53,6 +53,7 @@ def voronoi(
         gets it.
     gap : float
         Distance [m] between grains: each is made smaller by half of it, at the domain's edge too.
+        In a model it should be the contact radius, or the mesh size: grains that touch are refused.
     lloyd : int
         How often the points are moved to the centroids of their cells: 0 gives grains of very
         different sizes, 5 to 20 nearly equal ones.

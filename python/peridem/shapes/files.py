@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..files import path_of
 from ..geometry import Shape as Geometry
 from ..mesh import Mesh
 from ..mesh.checks import checked_mesh
@@ -49,7 +50,7 @@ class MeshFile(BodyShape):
     _mesh: Mesh = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        file = Path(self.path)
+        file = path_of(self.path, "MeshFile: path")
         if self.dimension not in (0, 2, 3):
             raise InputError(f"MeshFile: dimension = {self.dimension!r}: must be 2 or 3")
         raw = read_raw_mesh(file)

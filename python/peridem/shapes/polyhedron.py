@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
+from ..files import path_of
 from ..geometry import Solid
 from ..geometry.base import FloatArray
 from . import surfaces
@@ -153,7 +154,7 @@ class Surface(BodyShape):
         InputError
             If the file cannot be read, or its surface is not closed and oriented.
         """
-        file = Path(path)
+        file = path_of(path, "Surface.from_stl: path")
         scale = unit_length("Surface", unit)
         points, triangles = _read_stl(file)
         size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from .._core import __version__
 from ..errors import InputError
+from ..files import path_of
 from ..modelling.arguments import choice, whole
 from .fingerprint import source_mark
 from .parameters import Parameters, cell, check_signature, identity, sets_of
@@ -108,7 +109,7 @@ def study(
         raise InputError(f"study: run = {run!r}: must be a function; give its name without ()")
     choice(rerun, _RERUN, "study: rerun")
     sets = sets_of(rows, {**(grid or {}), **axes})
-    where = None if folder is None else Path(folder)
+    where = None if folder is None else path_of(folder, "study: folder")
     outputs = where if _takes_output(run, sets) else None
     check_signature(run, sets, set() if outputs is None else {"output"})
     with locked(where):
