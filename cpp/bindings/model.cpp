@@ -2,6 +2,7 @@
 
 #include "bindings.h"
 #include "peridem/errors.h"
+#include "peridem/instruction_set.h"
 #include "peridem/memory.h"
 
 namespace peridem::bindings {
@@ -100,7 +101,8 @@ py::dict memoryCosts() {
   result["exchange"] = costs.exchange;
   result["tile_bonds"] = costs.tile_bonds;
   result["group"] = costs.group;
-  result["table"] = costs.table;
+  result["weights"] = costs.weights;
+  result["lengths"] = costs.lengths;
   result["flags"] = costs.flags;
   result["tile"] = costs.tile;
   result["whole"] = BlockSizes{}.whole;
@@ -196,6 +198,7 @@ void bindModel(py::module_& m) {
   bindState(m);
   bindParticle(m);
   m.def("memory_costs", &memoryCosts);
+  m.def("lengths_pay", [] { return lengthsPay(instructionSet()); });
   m.def("nodes_of_piece", [](Index nodes) { return BlockSizes{}.nodesOfPiece(nodes); });
   using Release = py::call_guard<py::gil_scoped_release>;
   py::class_<DEMModel> bound(m, "DEMModel");

@@ -30,7 +30,8 @@ struct BlockView {
   const Index* halo_places;
   const TileBonds* tiles;
   const BondGroup* groups;
-  double* numbers;   // group_numbers for each group; null: to be computed (not for a Gaussian J)
+  double* numbers;  // the table
+  TableOf table;
   LaneBits* intact;  // of each group: lanes whose bond is unbroken
   const double* z_ref[3];
   const double* volume;

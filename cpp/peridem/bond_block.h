@@ -9,9 +9,9 @@
 // What does not change in a run is the pattern of a block. Forces are computed in a frame of the
 // body: turned back by the rotation Q of its mesh, lengths in units of its horizon,
 // y = z + Q^T (u - u_c) / eps, so that an undeformed body has no elongation at all. Bodies of one
-// zone that are equal in their frames share a pattern and keep the lengths and weights of its bonds
-// in a table; those of other bodies are computed from the reference positions again and again,
-// which takes less time than streaming them through memory.
+// zone that are equal in their frames share a pattern with a table of the lengths and weights of
+// its bonds. Tables of other bodies may have the weights alone: where computing lengths from the
+// reference positions again and again takes less time than streaming them through memory.
 #pragma once
 
 #include <array>

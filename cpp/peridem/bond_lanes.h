@@ -37,15 +37,23 @@ struct Deformed {
   }
 };
 
-enum class Table { kept, computed };
+// Which numbers of its bonds a block has in a table; it computes the others.
+enum class Table { all, weights, none };
 
-// What a tile needs to compute the lengths and weights of its bonds.
+// What a tile needs to compute lengths, or lengths and weights, of its bonds.
 template <int Dim, Table table>
 struct TileReference {
   PERIDEM_INLINE TileReference(const BlockView&, std::size_t) {}
 };
 template <int Dim>
-struct TileReference<Dim, Table::computed> {
+struct TileReference<Dim, Table::weights> {
+  TilePositions<Dim> positions;
+
+  PERIDEM_INLINE TileReference(const BlockView& block, std::size_t tile)
+      : positions({block.z_ref[0], block.z_ref[1], block.z_ref[2]}, tile) {}
+};
+template <int Dim>
+struct TileReference<Dim, Table::none> {
   TilePositions<Dim> positions;
   Lanes volume;
 
@@ -82,20 +90,31 @@ struct ReferenceBond {
   Lanes weight;
 
   template <int Dim>
-  PERIDEM_INLINE ReferenceBond(const BlockView& block, const TileReference<Dim, Table::kept>&,
+  PERIDEM_INLINE ReferenceBond(const BlockView& block, const TileReference<Dim, Table::all>&,
                                std::size_t, std::size_t g) {
-    const double* numbers = block.numbers + group_numbers * g;
+    const double* numbers = block.numbers + 2 * lanes * g;
     number = load(numbers);
     weight = load(numbers + lanes);
-    constexpr int ahead = 14 * group_numbers;  // asked for early enough, they are there in time
+    constexpr int ahead = 14 * 2 * lanes;  // asked for early enough, they are there in time
     __builtin_prefetch(numbers + ahead);
     __builtin_prefetch(numbers + ahead + lanes);
   }
 
-  template <int Dim, class Influence = LinearInfluence>
+  template <int Dim>
   PERIDEM_INLINE ReferenceBond(const BlockView& block,
-                               const TileReference<Dim, Table::computed>& tile, std::size_t i,
-                               std::size_t, Influence = {}) {
+                               const TileReference<Dim, Table::weights>& tile, std::size_t i,
+                               std::size_t g) {
+    const double* const places[3] = {block.z_ref[0], block.z_ref[1], block.z_ref[2]};
+    const Deformed<Dim> bond(tile.positions, places, i);
+    number = Law::along_deformed_bond ? bond.length : bond.inverse_length;
+    const double* weights = block.numbers + lanes * g;
+    weight = load(weights);
+    __builtin_prefetch(weights + 28 * lanes);
+  }
+
+  template <int Dim, class Influence = LinearInfluence>
+  PERIDEM_INLINE ReferenceBond(const BlockView& block, const TileReference<Dim, Table::none>& tile,
+                               std::size_t i, std::size_t, Influence = {}) {
     const double* const places[3] = {block.z_ref[0], block.z_ref[1], block.z_ref[2]};
     const Deformed<Dim> bond(tile.positions, places, i);
     number = Law::along_deformed_bond ? bond.length : bond.inverse_length;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #define PERIDEM_INLINE [[gnu::always_inline]] inline
@@ -28,9 +29,12 @@ struct TileBonds {
   std::uint32_t end;
 };
 
-// Numbers kept for each group: eight lengths, then eight weights, as the law wants them. 1 and 0 in
-// lanes without a bond.
-inline constexpr int group_numbers = 2 * lanes;
+// A table has numbers of the bonds of each group, as the law wants them: eight lengths and eight
+// weights, or the weights alone. 1 and 0 in lanes without a bond.
+enum class TableOf { lengths_and_weights, weights };
+inline constexpr std::size_t numbersOf(TableOf table) {
+  return table == TableOf::weights ? lanes : 2 * lanes;
+}
 
 PERIDEM_INLINE double magnitude(double a) {
   return std::fabs(a);

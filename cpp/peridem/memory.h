@@ -27,9 +27,10 @@ struct MemoryCosts {
   std::size_t halo = sizeof(Index);
   std::size_t exchange = 4 * sizeof(double);
   std::size_t tile_bonds = sizeof(TileBonds);  // of a tile
-  // The bonds of one node with one tile: of a pattern, in its table, and of every block.
+  // The bonds of one node with one tile: of a pattern, in its table (see Lengths), of every block.
   std::size_t group = sizeof(BondGroup);
-  std::size_t table = group_numbers * sizeof(double);
+  std::size_t weights = numbersOf(TableOf::weights) * sizeof(double);
+  std::size_t lengths = numbersOf(TableOf::lengths_and_weights) * sizeof(double) - weights;
   std::size_t flags = sizeof(LaneBits);
   std::size_t tile = static_cast<std::size_t>(lanes);  // nodes of a tile
 };

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,16 +17,23 @@
 
 namespace peridem {
 
-// Which patterns keep a table of their bonds. The forces are the same to the last bit.
-// Few: only where bodies share them or the numbers take long to compute. Automatic: all of them if
-// they take less than a quarter of the machine's memory; computing takes up to a quarter longer.
-enum class Tables { automatic, all, few };
+// Which patterns have the lengths of their bonds in their tables, besides the weights: those that
+// bodies share, which stay in the cache, or all. The forces are the same to the last bit.
+// Automatic: see lengthsPay(); of shared patterns alone where all would take more than a quarter of
+// the machine's memory.
+enum class Lengths { automatic, of_shared_patterns, of_all };
+
+// Whether fetching a length from memory takes less time than computing it. It does not with the
+// inverse square root of AVX-512.
+inline bool lengthsPay(const std::string& instruction_set) {
+  return instruction_set != "avx512";
+}
 
 // The largest body that is one block, and how others are cut: into so many pieces, to share among
 // threads, but for the bounds of their nodes. Small pieces have much of their bonds in common with
 // others, of which both keep a copy; large ones leave the cache. Threads have no say in it.
 struct BlockSizes {
-  Tables tables = Tables::automatic;
+  Lengths lengths = Lengths::automatic;
   Index whole = 1500;
   Index pieces = 32;
   Index smallest_piece = 2048;
@@ -66,7 +72,6 @@ class PeridynamicForce {
   const std::string& instructionSet() const { return instruction_set_; }
 
  private:
-  static constexpr std::size_t no_table = std::numeric_limits<std::size_t>::max();
   // Over the places of all pieces of a body; see BondPattern::halo_places.
   struct Exchange {
     std::array<AlignedArray, 3> z;
@@ -102,15 +107,16 @@ class PeridynamicForce {
   std::string instruction_set_;
   RunBlock run_ = nullptr;
   MoveNodes move_ = nullptr;
-  void makeTables(const std::vector<Particle>& bodies, Tables tables);
+  void makeTables(const std::vector<Particle>& bodies, Lengths lengths);
 
   std::vector<Influence> influences_;  // of each body
   std::vector<Law> laws_;              // of each body, in its frame
   std::vector<NodeRange> other_nodes_;
   std::vector<BondPattern> patterns_;
-  // Tables: group_numbers for each group, weights with V_i V_j. One array, as large ones stream.
+  // Tables, weights with V_i V_j. One array, as large ones stream.
   AlignedArray numbers_;
-  std::vector<std::size_t> first_number_;  // of each pattern; no_table
+  std::vector<TableOf> tables_;            // of each pattern
+  std::vector<std::size_t> first_number_;  // of each pattern
   std::vector<Index> pattern_bodies_;      // the first body that has the pattern
   std::vector<Block> whole_;               // blocks that are whole bodies, largest first
   std::vector<Block> pieces_;              // blocks of partitioned bodies

@@ -199,16 +199,19 @@ void damagePass(const Law& law, const BlockView& shared, const NodeArrays& nodes
 // elongation 0 exactly.
 template <int Dim, class Law, class Influence>
 void fillTable(const BlockView& block) {
-  using Tile = TileReference<Dim, Table::computed>;
+  using Tile = TileReference<Dim, Table::none>;
   forEachGroup(
       block, [&](std::size_t tile) PERIDEM_LAMBDA { return Tile(block, tile); },
       [&](const Tile& tile, std::size_t i, std::size_t g, auto) PERIDEM_LAMBDA {
         const ReferenceBond<Law> bond(block, tile, i, g, Influence());
         const LaneBits exists = block.groups[g].exists;
         const auto without_bond = static_cast<LaneBits>(~exists);
-        double* numbers = block.numbers + group_numbers * g;
-        store(numbers, keep(exists, bond.number) + keep(without_bond, broadcast(1.0)));
-        store(numbers + lanes, keep(exists, bond.weight));
+        double* numbers = block.numbers + numbersOf(block.table) * g;
+        if (block.table == TableOf::lengths_and_weights) {
+          store(numbers, keep(exists, bond.number) + keep(without_bond, broadcast(1.0)));
+          numbers += lanes;
+        }
+        store(numbers, keep(exists, bond.weight));
       },
       [](const Tile&) PERIDEM_LAMBDA {});
 }
@@ -268,9 +271,9 @@ void run(Stage stage, const LawView& law, const BlockView& block, const NodeArra
 
 void runBlock(Stage stage, int dimension, const LawView& law, const BlockView& block,
               const NodeArrays& nodes, const KernelScratch& work, const BreakListener& listener) {
-  const auto runWith = block.numbers != nullptr
-                           ? (dimension == 3 ? run<3, Table::kept> : run<2, Table::kept>)
-                           : (dimension == 3 ? run<3, Table::computed> : run<2, Table::computed>);
+  const auto runWith = block.table == TableOf::weights
+                           ? (dimension == 3 ? run<3, Table::weights> : run<2, Table::weights>)
+                           : (dimension == 3 ? run<3, Table::all> : run<2, Table::all>);
   runWith(stage, law, block, nodes, work, listener);
 }
 

@@ -66,7 +66,7 @@ PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
   intact_.resize(n_groups);
   importFlags(bonds, bodies);
   for (const Particle& body : bodies) laws_.push_back(inFrame(body.law, body.horizon));
-  makeTables(bodies, sizes.tables);
+  makeTables(bodies, sizes.lengths);
   for (auto* blocks : {&whole_, &pieces_})
     for (Block& block : *blocks)
       block.view = makeView(block, bodies[static_cast<std::size_t>(block.body)]);
@@ -131,26 +131,26 @@ void PeridynamicForce::addPieces(const State& state, const BondTable& bonds, con
   exchange.theta = AlignedArray(n_places);
 }
 
-void PeridynamicForce::makeTables(const std::vector<Particle>& bodies, Tables tables) {
-  std::vector<char> shared(patterns_.size(), 0);
-  for (const Block& block : whole_)
-    if (block.body != pattern_bodies_[block.pattern]) shared[block.pattern] = 1;
+void PeridynamicForce::makeTables(const std::vector<Particle>& bodies, Lengths lengths) {
   std::size_t n_all = 0;
-  for (const BondPattern& pattern : patterns_) n_all += pattern.groups.size() * group_numbers;
-  const bool keep_all = tables == Tables::all || (tables == Tables::automatic &&
-                                                  n_all * sizeof(double) <= quarterOfMemory());
+  for (const BondPattern& pattern : patterns_)
+    n_all += pattern.groups.size() * numbersOf(TableOf::lengths_and_weights);
+  const bool all = lengths == Lengths::of_all ||
+                   (lengths == Lengths::automatic && lengthsPay(instruction_set_) &&
+                    n_all * sizeof(double) <= quarterOfMemory());
+  tables_.assign(patterns_.size(), all ? TableOf::lengths_and_weights : TableOf::weights);
+  for (const Block& block : whole_)
+    if (block.body != pattern_bodies_[block.pattern])
+      tables_[block.pattern] = TableOf::lengths_and_weights;
   std::size_t n = 0;
   for (std::size_t k = 0; k < patterns_.size(); ++k) {
-    const Influence& influence = influences_[static_cast<std::size_t>(pattern_bodies_[k])];
-    const bool slow = influence.numbers().beta > 0;  // a Gaussian
-    const bool kept = keep_all || slow || shared[k];
-    first_number_.push_back(kept ? n : no_table);
-    if (kept) n += patterns_[k].groups.size() * group_numbers;
+    first_number_.push_back(n);
+    n += patterns_[k].groups.size() * numbersOf(tables_[k]);
   }
   numbers_ = AlignedArray(n);
   for (const auto* blocks : {&whole_, &pieces_})
     for (const Block& block : *blocks)
-      if (block.body == pattern_bodies_[block.pattern] && first_number_[block.pattern] != no_table)
+      if (block.body == pattern_bodies_[block.pattern])
         run_(Stage::table, dimension_, lawOf(block.body),
              makeView(block, bodies[static_cast<std::size_t>(block.body)]), {}, {}, {});
 }
@@ -158,8 +158,6 @@ void PeridynamicForce::makeTables(const std::vector<Particle>& bodies, Tables ta
 BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
   BondPattern& pattern = patterns_[block.pattern];
   Exchange& exchange = exchanges_[static_cast<std::size_t>(body.id)];
-  const std::size_t first = first_number_[block.pattern];
-  double* const table = first == no_table ? nullptr : numbers_.data() + first;
   const Real volume_unit = std::pow(body.horizon, dimension_);
   // Force density in the model over that in the frame.
   const Real force_unit = std::holds_alternative<Lps>(body.law) ? 1 / body.horizon : volume_unit;
@@ -171,7 +169,8 @@ BlockView PeridynamicForce::makeView(const Block& block, const Particle& body) {
                  pattern.halo_places.data(),
                  pattern.tiles.data(),
                  pattern.groups.data(),
-                 table,
+                 numbers_.data() + first_number_[block.pattern],
+                 tables_[block.pattern],
                  intact_.data() + block.first_group,
                  {pattern.z_ref[0].data(), pattern.z_ref[1].data(), pattern.z_ref[2].data()},
                  pattern.volume.data(),

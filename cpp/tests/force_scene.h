@@ -84,11 +84,11 @@ struct Forces {
 };
 
 // Bodies of more than 20 nodes are cut into pieces of 13.
-inline BlockSizes smallPieces(Tables tables = Tables::automatic) {
+inline BlockSizes smallPieces(Lengths lengths = Lengths::automatic) {
   BlockSizes sizes;
   sizes.smallest_piece = sizes.largest_piece = 13;
   sizes.whole = 20;
-  sizes.tables = tables;
+  sizes.lengths = lengths;
   return sizes;
 }
 

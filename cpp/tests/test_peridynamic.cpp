@@ -207,7 +207,7 @@ TEST_CASE("self-contact: a crushed body agrees with the definition, few or all b
           for (std::size_t i = 0; i < state.size(); ++i)
             setDisplacement(state, i, -0.3 * state.x_ref[i] + 0.05 * h * random.vector(dimension));
           Forces pieces(model, smallPieces());
-          Forces computed(model, smallPieces(Tables::few));
+          Forces computed(model, smallPieces(Lengths::of_shared_patterns));
           pieces.evaluate();
           computed.evaluate();
           evaluate(model);

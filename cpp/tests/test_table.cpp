@@ -42,7 +42,9 @@ LawView viewOf(const T& law) {
   return view;
 }
 
-// 8 numbers, 8 weights for each group.
+// 8 lengths, 8 weights for each group.
+constexpr std::size_t group_numbers = numbersOf(TableOf::lengths_and_weights);
+
 template <class T>
 AlignedArray tableOf(const BondPattern& pattern, const Influence& influence) {
   AlignedArray numbers(pattern.groups.size() * group_numbers);

@@ -29,11 +29,8 @@ FEWEST_SAMPLES = 24
 HALO_LANES = 1.5
 """Bonds with nodes outside their block fill so many times fewer lanes than those inside."""
 
-GAUSSIAN = 2
-"""Type of the Gaussian influence function in a deck."""
-
 TABLES_OF_MEMORY = 0.25
-"""Part of the machine's memory up to which every pattern keeps a table (peridynamic.h)."""
+"""Part of the machine's memory up to which tables have all lengths (Lengths in peridynamic.h)."""
 
 
 @dataclass(frozen=True)
@@ -107,12 +104,14 @@ def predict_memory(model: DEMModel) -> MemoryPrediction:
     for body in model._bodies:
         by_zone.setdefault(body.zone, []).append(body)
     zones = [_of_zone(model, zone, bodies) for zone, bodies in sorted(by_zone.items())]
-    all_kept = sum(zone.tables for zone in zones) <= TABLES_OF_MEMORY * machine_memory()
+    tables = sum(zone.tables + zone.other_lengths for zone in zones)
+    all_lengths = _core.lengths_pay() and tables <= TABLES_OF_MEMORY * machine_memory()
     return MemoryPrediction(
         tuple(
-            replace(zone.memory, bytes=zone.memory.bytes + zone.tables)
-            if all_kept
-            else replace(zone.memory, bytes=zone.memory.bytes + zone.tables_always)
+            replace(
+                zone.memory,
+                bytes=zone.memory.bytes + zone.tables + all_lengths * zone.other_lengths,
+            )
             for zone in zones
         )
     )
@@ -157,8 +156,8 @@ def refuse_too_large(prediction: MemoryPrediction, memory: float, file: str) -> 
 @dataclass(frozen=True)
 class _Zone:
     memory: ZoneMemory  # without tables
-    tables: float  # bytes of the tables of all patterns
-    tables_always: float  # of those that are kept however many there are
+    tables: float  # bytes of weights, and of the lengths of patterns that bodies share
+    other_lengths: float  # of patterns of single bodies
 
 
 @dataclass(frozen=True)
@@ -166,7 +165,8 @@ class _Block:
     """Bytes of a body in the force loops."""
 
     pattern: float
-    table: float
+    weights: float
+    lengths: float
     flags: float
 
 
@@ -190,14 +190,15 @@ def _of_zone(model: DEMModel, zone: int, bodies: list[Any]) -> _Zone:
     nodes = bodies[0].stop - bodies[0].start
     bonds = nodes * of_each(neighbours)
     patterns = of_each([block.pattern for block in blocks])
-    tables = of_each([block.table for block in blocks])
+    weights = of_each([block.weights for block in blocks])
+    lengths = of_each([block.lengths for block in blocks])
     flags = of_each([block.flags for block in blocks])
     one, several = _patterns(model, bodies, moving)
     total = len(bodies) * nodes * costs["node"] + bonds.sum() * costs["bond"]
     total += flags[moving].sum() + patterns[one].sum()
     memory = ZoneMemory(zone, len(bodies), nodes * len(bodies), float(bonds.sum()), float(total))
-    kept = one if _is_gaussian(model, zone) else several
-    return _Zone(memory, float(tables[one].sum()), float(tables[kept].sum()))
+    shared, own = lengths[several].sum(), lengths[one].sum() - lengths[several].sum()
+    return _Zone(memory, float(weights[one].sum() + shared), float(own))
 
 
 def _patterns(
@@ -244,12 +245,6 @@ def _bonded(model: DEMModel, body: Any, pairs: IndexArray) -> NDArray[np.bool_]:
     return np.asarray(distance < body.horizon**2)
 
 
-def _is_gaussian(model: DEMModel, zone: int) -> bool:
-    """Whether the influence function of a zone is one whose tables are always kept."""
-    zone = 0 if model.compatibility == "original" else zone
-    return model.deck.materials[zone].influence_function.type == GAUSSIAN
-
-
 def _neighbours(model: DEMModel, body: Any) -> float:
     """Mean number of neighbours of a sample of a body's nodes."""
     x = model.state.x_ref[body.start : body.stop]
@@ -294,7 +289,8 @@ def _block(dimension: int, body: Any, neighbours: float) -> _Block:
     groups *= nodes
     return _Block(
         pattern=float(places + groups * costs["group"]),
-        table=float(groups * costs["table"]),
+        weights=float(groups * costs["weights"]),
+        lengths=float(groups * costs["lengths"]),
         flags=float(groups * costs["flags"]),
     )
 

@@ -103,19 +103,20 @@ def test_memory_predicted_sums_over_the_zones(deck_folder: DeckFolder) -> None:
     assert prediction.bytes == pytest.approx(np.sum([zone.bytes for zone in prediction.zones]))
 
 
-@pytest.mark.parametrize(("influence", "kept"), [(0, False), (2, True)])
-def test_memory_predicted_has_no_tables_beyond_a_quarter_of_the_machine(
-    deck_folder: DeckFolder, monkeypatch: pytest.MonkeyPatch, influence: int, kept: bool
+def test_memory_predicted_has_no_lengths_of_single_bodies_where_they_do_not_pay(
+    deck_folder: DeckFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    deck = mixed_sizes_and_a_wall(deck_folder)
-    for zone in (1, 2, 3):
-        deck = changed(deck, {f"Material.Zone_{zone}.Influence_Function": {"Type": influence}})
-    model = DEMModel.from_deck(deck_folder.write(deck), threads=1)
-    with_tables = predict_memory(model).bytes
+    path = deck_folder.write(mixed_sizes_and_a_wall(deck_folder))
+    model = DEMModel.from_deck(path, threads=1)
+    monkeypatch.setattr("peridem.memory._core.lengths_pay", lambda: True)
+    with_lengths = predict_memory(model).bytes
+    # Half of the tables, which are most of what the kernels take.
     monkeypatch.setattr("peridem.memory.machine_memory", lambda: 1e5)
-    # They are most of what the kernels take. Those of a Gaussian are always there.
-    assert (predict_memory(model).bytes == with_tables) == kept
-    assert (predict_memory(model).bytes < 0.5 * with_tables) == (not kept)
+    without = predict_memory(model).bytes
+    assert 0.5 * with_lengths < without < 0.8 * with_lengths
+    monkeypatch.undo()
+    monkeypatch.setattr("peridem.memory._core.lengths_pay", lambda: False)
+    assert predict_memory(model).bytes == without
 
 
 def test_model_larger_than_the_machine_is_refused_by_its_largest_zone() -> None:
