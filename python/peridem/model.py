@@ -18,6 +18,8 @@ from .diagnostics import check_finite
 from .driving import PROGRESS_SECONDS, Job, Observer, drive
 from .duration import interval_in_steps
 from .errors import InputError, NumericalError
+from .interrupt import Terminated
+from .leftovers import left_files, set_aside
 from .modelling.arguments import checked, choice, number, vector, whole
 from .modelling.plan import ModelPlan
 from .particle import Particle
@@ -25,6 +27,14 @@ from .restart import find_deck
 from .result import Result
 from .series import SeriesRecorder, make_tables
 from .staged import StagedModel
+from .telling import (
+    checked_progress,
+    interval_warnings,
+    show_run,
+    stopping_told,
+    unrecorded,
+    warn_of,
+)
 from .view import FloatArray
 
 SAFETY = 0.5
@@ -300,7 +310,7 @@ class DEMModel(StagedModel):
         steps: int | None = None,
         callback: Observer | None = None,
         every: float | None = None,
-        progress: Observer | None = None,
+        progress: Observer | bool | None = None,
         *,
         until: float | None = None,
         tags: Sequence[str] | None = None,
@@ -328,9 +338,12 @@ class DEMModel(StagedModel):
             Called with the model at the start and at intervals. Files of the outputs so far may
             still be on their way: they are written in the background.
         every : int or float, optional
-            Interval of outputs; that of the deck, or a hundredth of the run, when left out.
-        progress : callable, optional
-            Called with the model about ten times a second.
+            Interval of outputs; that of the deck, or a hundredth of the run, when left out. A
+            model made in Python writes its last state, too, when no interval ends there.
+        progress : bool or callable, optional
+            Whether to say on standard error how long the run will be and how far it is; on a
+            terminal only, when left out. A function is called with the model about ten times a
+            second instead.
         until : float, optional
             Simulated time to stop at [s].
         tags : sequence of str, optional
@@ -345,9 +358,11 @@ class DEMModel(StagedModel):
         record : list of str, recorders and functions, optional
             What to record, see `peridem.recorders`.
         record_every : int or float, optional
-            Interval of recorders without one of their own; that of outputs when left out.
+            Interval of recorders without one of their own; that of outputs when left out. The
+            last state is recorded, too.
         record_to : path-like, optional
             File for what is recorded, .csv or .parquet; ``series.csv`` in `output` when left out.
+            A name without a folder is a file in `output`, if that is given.
         resume : bool
             Go on from the newest checkpoint in `output`, bit for bit; start when there is none.
             For scripts that make a model and may be run again.
@@ -365,42 +380,69 @@ class DEMModel(StagedModel):
             If a velocity runs away, or a position, velocity or force is no longer finite; with
             `output`, the state is in ``output_last.vtu``.
         KeyboardInterrupt
-            After Ctrl-C: the step is whole, a checkpoint written, the outputs are closed.
+            After Ctrl-C: the step is whole, with `output` a checkpoint is written; it says so.
         Terminated
             Likewise after SIGTERM, with `output`; a SystemExit with code 143.
+
+        Warns
+        -----
+        PeridemWarning
+            Each of `warnings`, once.
         """
         if steps is not None:
             steps = whole(steps, "steps", 0)
         if until is not None:
             until = number(until, "until", above=0, unit="s")
+        progress = checked_progress(progress)
         folder = None if output is None else Path(output)
         self._every_wanted = every if isinstance(every, float) else None
         last = self._resumed(folder, until, steps) if resume else self._last_step(until, steps)
         dt = self.dt
         self._plan_output(folder, every, tags)
         interval = self.output_interval
-        if record_to is None and folder is not None and record:
-            record_to = folder / "series.csv"
 
         def in_steps(name: str, value: float | None, default: int) -> int:
             return default if value is None else interval_in_steps(name, value, dt)
 
+        recorded_every = in_steps("record_every", record_every, interval)
         series = SeriesRecorder(
             make_tables(
-                record,
-                in_steps("record_every", record_every, interval),
-                lambda name, value: interval_in_steps(name, value, dt),
+                record, recorded_every, lambda name, value: interval_in_steps(name, value, dt)
             ),
-            None if record_to is None else Path(record_to),
+            _series_file(record_to, folder, record),
             self.n if self._goes_on else None,
         )
         checkpoints = None
         if checkpoint_every is not None:
             checkpoints = interval_in_steps("checkpoint_every", checkpoint_every, dt)
         calls = in_steps("callback_every", callback_every, interval)
-        drive(self, Job(last, folder, callback, calls, progress, checkpoints, series))
+        given = {
+            "every": (every, interval),
+            "record_every": (record_every, recorded_every),
+            "callback_every": (callback_every, calls),
+        }
+        tells, fresh = not callable(progress), not self._goes_on
+        self._note_warnings([*interval_warnings(last, given), *unrecorded(self, record)])
+        if fresh and folder is not None:
+            written = series.path if series.tables else None
+            self._note_warnings(set_aside(folder, self.deck.output.tag_pp, written))
+        self._warn()
+        try:
+            with show_run(self, last, progress) as observer:
+                drive(self, Job(last, folder, callback, calls, observer, checkpoints, series))
+        except (KeyboardInterrupt, Terminated) as error:
+            raise stopping_told(self, error, last, folder, show=tells) from None
         self._note_warnings(series.warnings(self))
+        if tells and fresh and folder is not None:
+            self._note_warnings(left_files(self, folder))
+        self._warn()
         return Result({**self.summary(), "warnings": list(self.warnings)}, folder, series)
+
+    def _warn(self) -> None:
+        """Raise what has become known as Python warnings, each once, at the caller of `run`."""
+        new = [text for text in self.warnings if text not in self._warned]
+        self._warned.update(new)
+        warn_of(new, stacklevel=4)  # _warn, run, its check of the arguments, the user
 
     # For the loop of a run.
 
@@ -418,6 +460,16 @@ class DEMModel(StagedModel):
         goes_on = self._goes_on
         self._goes_on = goes_on or writes
         return goes_on
+
+
+def _series_file(
+    record_to: str | os.PathLike[str] | None, folder: Path | None, record: Any
+) -> Path | None:
+    """File of what is recorded; a bare name is one in the output folder."""
+    if record_to is None:
+        return folder / "series.csv" if folder is not None and record else None
+    path = Path(record_to)
+    return folder / path if folder is not None and path.name == str(path) else path
 
 
 def _thread_count(threads: int | None) -> int:

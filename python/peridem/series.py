@@ -47,9 +47,9 @@ class Table:
         self.times: list[float] = []
         self.rows: list[list[float]] = []
 
-    def sample(self, model: DEMModel) -> None:
-        """Call the recorder when its interval is due, once for each step."""
-        if model.n % self.every or (self.steps and self.steps[-1] >= model.n):
+    def sample(self, model: DEMModel, *, at_end: bool = False) -> None:
+        """Call the recorder when its interval is due or the run ends, once for each step."""
+        if (model.n % self.every and not at_end) or (self.steps and self.steps[-1] >= model.n):
             return
         names, values = self._numbers(self.recorder(model))
         if self.columns is None:
@@ -140,10 +140,10 @@ class SeriesRecorder:
         checks = (getattr(table.recorder, "warnings", None) for table in self.tables)
         return [text for check in checks if callable(check) for text in check(model)]
 
-    def sample(self, model: DEMModel) -> None:
-        """Call the recorders that are due."""
+    def sample(self, model: DEMModel, *, at_end: bool = False) -> None:
+        """Call the recorders that are due; all of them at the end of a run."""
         for table in self.tables:
-            table.sample(model)
+            table.sample(model, at_end=at_end)
 
     def frame(self) -> pd.DataFrame:
         """All tables side by side: time [s] as index, the step, then the columns."""
@@ -281,6 +281,6 @@ def _check_path(path: Path) -> None:
             import pyarrow  # noqa: F401
         except ImportError:
             raise InputError(
-                f"record_to = {path}: parquet files need the package pyarrow; install it, or "
-                "write .csv"
+                f"record_to = {path}: parquet files need the package pyarrow; install it by "
+                'pip install "peridem[parquet]", or write .csv'
             ) from None

@@ -50,6 +50,7 @@ class StagedModel(InteractionBuilder, ModelView):
     _safety: float
 
     _goes_on: bool
+    _warned: set[str]
 
     @property
     def _whole(self) -> DEMModel:
@@ -61,10 +62,12 @@ class StagedModel(InteractionBuilder, ModelView):
         self.compatibility = compatibility
         self.warnings: list[str] = []
         self.notes: list[str] = []
+        self._warned: set[str] = set()
         self.stop_reason: str | None = None
         self.output_interval = 1
         self.checkpoint_every: int | None = None
         self.last_checkpoint: Path | None = None
+        self.recorded = ""
         self._composition: Composition | None = None
         self._built: BuiltModel | None = None
         self._deck: Deck | None = None
@@ -267,6 +270,7 @@ class StagedModel(InteractionBuilder, ModelView):
         self._goes_on = True
         self.warnings += problems
         self.checkpoint_every, self.last_checkpoint = checkpoint.every, checkpoint.path
+        self.recorded = checkpoint.recorded
 
     def _last_step(self, until: float | None, steps: int | None) -> int:
         """Fix the duration and return the step to stop after."""

@@ -1,0 +1,182 @@
+"""What a run from Python tells its user: how long it will be, how far it is, how it was stopped."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .errors import InputError, PeridemWarning
+from .interrupt import Terminated
+
+if TYPE_CHECKING:
+    from .driving import Observer
+    from .model import DEMModel
+
+__all__ = ["be_quiet", "interval_warnings", "opening", "show_run", "stopping_told", "warn_of"]
+
+_quiet = False
+
+
+def be_quiet() -> None:
+    """Show no progress and raise no warnings in this process: a study tells of its runs itself."""
+    global _quiet  # noqa: PLW0603
+    _quiet = True
+    warnings.simplefilter("ignore", PeridemWarning)
+
+
+def _watched() -> bool:
+    """Whether someone looks at standard error, and no test is running."""
+    return not _quiet and "PYTEST_CURRENT_TEST" not in os.environ and sys.stderr.isatty()
+
+
+def opening(model: DEMModel, last: int) -> str:
+    """Say in a line what is about to run: steps, time step and its limit, nodes, bonds.
+
+    Parameters
+    ----------
+    model : DEMModel
+        An initialised model.
+    last : int
+        Step to stop after.
+    """
+    from .summary import time_text
+
+    limits = model.stable_time_step()
+    limit, of = min((limits.bonds, "the bonds"), (limits.contact, "contact"))
+    stable = f", {model.dt / limit:.2g} of the stable one, which {of} limit" if limit > 0 else ""
+    if of == "contact":
+        stable = stable.replace("limit", "limits")
+    steps = max(last - model.n, 0)
+    return (
+        f"peridem: {steps} steps of {model.dt:.3g} s{stable}; to t = {time_text(last * model.dt)}; "
+        f"{len(model.bodies)} bodies, {model.n_nodes} nodes, {len(model.bonds.intact) // 2} bonds"
+    )
+
+
+@contextmanager
+def show_run(model: DEMModel, last: int, progress: Any) -> Iterator[Observer | None]:
+    """Show a line at the start of a run and then how far it is.
+
+    Parameters
+    ----------
+    model : DEMModel
+        An initialised model.
+    last : int
+        Step to stop after.
+    progress : bool, callable or None
+        As in `DEMModel.run`.
+
+    Yields
+    ------
+    callable or None
+        To be called with the model about ten times a second.
+    """
+    if callable(progress):
+        yield progress
+    elif progress or (progress is None and _watched()):
+        from rich.console import Console  # rich takes a quarter of a second to load
+
+        from .runlog import show_progress
+
+        console = Console(stderr=True, highlight=False)
+        console.print(opening(model, last), markup=False, soft_wrap=True)
+        with show_progress(console, model.n, last) as update:
+            yield update
+    else:
+        yield None
+
+
+def checked_progress(progress: Any) -> Any:
+    """Return the argument `progress` of a run, checked."""
+    if progress is None or isinstance(progress, bool) or callable(progress):
+        return progress
+    raise InputError(
+        f"run: progress = {progress!r}: must be True, False or a function of the model; leave it "
+        "out for a bar on a terminal"
+    )
+
+
+def warn_of(texts: Iterable[str], *, stacklevel: int) -> None:
+    """Raise each text as a `PeridemWarning` where the user called.
+
+    Parameters
+    ----------
+    texts : iterable of str
+        The warnings.
+    stacklevel : int
+        Calls between the caller of this function and the user, as in `warnings.warn`.
+    """
+    for text in texts:
+        warnings.warn(text, PeridemWarning, stacklevel=stacklevel + 1)
+
+
+def interval_warnings(steps: int, intervals: dict[str, tuple[Any, int]]) -> list[str]:
+    """Say which intervals a run does not reach once.
+
+    Parameters
+    ----------
+    steps : int
+        Number of the last step.
+    intervals : dict of str to (given, steps)
+        The interval of each argument as it was given, or None, and in steps.
+    """
+    return [
+        f"{name} = {given!r}: is longer than the run ({steps} steps), so that there is nothing "
+        "between its start and its end; give a shorter one (a whole number is in steps, any other "
+        "in s)"
+        for name, (given, every) in intervals.items()
+        if given is not None and every > steps > 0
+    ]
+
+
+def unrecorded(model: DEMModel, record: Any) -> list[str]:
+    """Say that a run that goes on from a checkpoint no longer records what was recorded."""
+    if not model.recorded or record:
+        return []
+    return [
+        f"record: missing: the run so far has recorded {model.recorded}; give the same to go on "
+        "with its series"
+    ]
+
+
+def stopping_told(
+    model: DEMModel, error: BaseException, last: int, folder: Path | None, *, show: bool
+) -> BaseException:
+    """Make the error that tells how a run was stopped by a signal and how to go on.
+
+    Parameters
+    ----------
+    model : DEMModel
+        The model, stopped.
+    error : KeyboardInterrupt or Terminated
+        What stopped it.
+    last : int
+        Step that it was to reach.
+    folder : Path or None
+        Its output folder.
+    show : bool
+        Print the text where the error itself will say nothing (SIGTERM).
+    """
+    told = isinstance(error, KeyboardInterrupt) and error.args
+    if told or (isinstance(error, SystemExit) and not isinstance(error, Terminated)):
+        return error
+    from .summary import time_text
+
+    where = f"stopped after step {model.n} of {last}, t = {time_text(model.time)}"
+    saved = model.last_checkpoint
+    if folder is None or saved is None:
+        text = f"{where}; nothing is saved: run(output=...) writes a checkpoint when it is stopped"
+    elif model.scripted:
+        text = f"{where}; {saved} is written: run the script again with run(..., resume=True)"
+    else:
+        text = f"{where}; {saved} is written: go on with `peridem resume {folder}`"
+    if isinstance(error, KeyboardInterrupt):
+        return KeyboardInterrupt(text)
+    if show:
+        print(f"peridem: SIGTERM: {text}", file=sys.stderr)
+    return error
