@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .diagnostics import StopCriterion
 from .errors import InputError, InputErrors
 from .geometry import make_shape
+from .plausibility import plausibility_warnings
 
 if TYPE_CHECKING:
     from .model import DEMModel, Particle
@@ -86,7 +87,7 @@ def check_model(model: DEMModel, *, strict: bool = False, allow_overlap: bool = 
     outside = container_warning(model)
     if outside is not None:
         warnings.append(outside)
-    return warnings + effect_warnings(model)
+    return warnings + effect_warnings(model) + plausibility_warnings(model)
 
 
 def effect_warnings(model: DEMModel) -> list[str]:
@@ -423,16 +424,23 @@ def _overlap_text(model: DEMModel, one: Overlap) -> str:
     p, q = one.bodies
     if one.inside:
         rule = (
-            f"distance = {one.distance:.3g} m between their nodes {one.nodes[0]} and "
-            f"{one.nodes[1]}, and a node of one lies inside an element of the other: must not"
+            "a node of one lies inside an element of the other (distance = "
+            f"{one.distance:.3g} m between their nodes {one.nodes[0]} and {one.nodes[1]})"
         )
     else:
         rule = (
             f"distance = {one.distance:.3g} m between their nodes {one.nodes[0]} and "
             f"{one.nodes[1]}: must be at least {CLOSEST:g} of the contact radius {one.radius:.3g} m"
         )
+    who = f"{model.bodies[p].where}: bodies {p} and {q} (from {model.bodies[q].where})"
+    if model.scripted:
+        who = " and ".join(f"{model.bodies[k].where} at {_place(model, k)}" for k in one.bodies)
     return (
-        f"{model.bodies[p].where}: bodies {p} and {q} (from {model.bodies[q].where}) overlap at "
-        f"the start: {rule}; move or shrink one of them, or go on with --allow-overlap "
-        "(allow_overlap=True)"
+        f"{who} overlap at the start: {rule}; move or shrink one of them, or go on with "
+        "--allow-overlap (allow_overlap=True)"
     )
+
+
+def _place(model: DEMModel, k: int) -> str:
+    centre = model.start_center(k)[: model.dimension]
+    return f"({', '.join(f'{value:.4g}' for value in centre)})"

@@ -23,6 +23,7 @@ from .leftovers import left_files, set_aside
 from .modelling.arguments import checked, choice, number, vector, whole
 from .modelling.plan import ModelPlan
 from .particle import Particle
+from .plausibility import long_run_warnings
 from .restart import find_deck
 from .result import Result
 from .series import SeriesRecorder, make_tables
@@ -422,7 +423,13 @@ class DEMModel(StagedModel):
             "callback_every": (callback_every, calls),
         }
         tells, fresh = not callable(progress), not self._goes_on
-        self._note_warnings([*interval_warnings(last, given), *unrecorded(self, record)])
+        self._note_warnings(
+            [
+                *long_run_warnings(self, last),
+                *interval_warnings(last, given),
+                *unrecorded(self, record),
+            ]
+        )
         if fresh and folder is not None:
             written = series.path if series.tables else None
             self._note_warnings(set_aside(folder, self.deck.output.tag_pp, written))

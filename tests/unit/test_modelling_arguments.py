@@ -59,7 +59,11 @@ def test_model_refuses(arguments: dict[str, Any], text: str) -> None:
 
 PARTICLE: list[tuple[Any, dict[str, Any], str]] = [
     (None, GLASS, "shape: missing; give a shape such as Circle"),
-    (DISC, without("material"), "add_particle: material: missing; give it"),
+    (
+        DISC,
+        without("material"),
+        "add_particle: material: missing; give material=..., the law that the body is made of",
+    ),
     (DISC, without("mesh_size"), "mesh_size: missing; give the edge length of the mesh in m"),
     (DISC, {**GLASS, "material": "g"}, "material = g: must be a material; give PDState(...)"),
     (DISC, {**GLASS, "mesh_size": -1}, "mesh_size = -1: must be positive; give a number in m"),
@@ -296,7 +300,7 @@ def test_messages_of_the_build_are_in_terms_of_the_model() -> None:
     near = pd.DEMModel()
     near.add_particles(shape=DISC, at=[(0, 0), (1e-3, 0)], **GLASS, name="near")
     text = refusal(near.init)
-    assert text.startswith("body 'near-1': bodies 0 and 1 (from body 'near-2') overlap")
+    assert text.startswith("body 'near-1' at (0, 0) and body 'near-2' at (0.001, 0) overlap at the")
     assert "allow_overlap=True" in text
     assert "--" not in text
     fast = pd.DEMModel(dt=1e-5, strict=True)
