@@ -99,7 +99,9 @@ class StagedModel(InteractionBuilder, ModelView):
         built.core.track_energy = self._tracks_energy
         self.warnings += built.warnings
         self.notes += deck.notes
-        if not self.scripted or self.compatibility == "original":
+        # Where the deck says itself that defects are corrected there is nothing to tell.
+        asked = "compatibility" in deck.model.model_fields_set
+        if self.compatibility == "original" or not (self.scripted or asked):
             self.notes += compatibility_notes(deck, built.bodies, self.compatibility)
         self.output_interval = deck.output.output_interval
 
@@ -114,7 +116,7 @@ class StagedModel(InteractionBuilder, ModelView):
                     composition.deck, threads=self._thread_count, held=composition.held
                 )
             except InputError as error:
-                raise InputError(composition.words.say(str(error))) from error
+                raise InputError(composition.words.say(str(error))) from None
             self._composition = composition
             for body in composition.layout.order:
                 body._layout = composition.layout
@@ -196,7 +198,7 @@ class StagedModel(InteractionBuilder, ModelView):
         try:
             core.init()
         except InputError as error:
-            raise InputError(self._say(f"{self.deck.path.name}: {error}")) from error
+            raise InputError(self._say(f"{self.deck.path.name}: {error}")) from None
         self._initialized = True
         try:
             self._fix_duration(until, steps)
@@ -205,7 +207,7 @@ class StagedModel(InteractionBuilder, ModelView):
             )
         except InputError as error:
             self._initialized = False
-            raise InputError(self._say(str(error))) from error
+            raise InputError(self._say(str(error))) from None
         note = contact_time_step_note(self._whole)
         if note is not None:
             self.notes.append(note)
@@ -245,6 +247,11 @@ class StagedModel(InteractionBuilder, ModelView):
             return self._dt_wanted
         limits = astuple(self.stable_time_step())
         limit = min(value for value in limits if value > 0)
+        if not np.isfinite(limit) and all(body.constrained for body in self.particles):
+            raise InputError(
+                "DEMModel: dt: missing; there is no stable time step to estimate because no body "
+                "can move: all are walls or fixed; let one move (fixed=False), or give dt"
+            )
         if not np.isfinite(limit):
             raise InputError(
                 "DEMModel: dt: missing; no stable time step can be estimated without bonds and "
@@ -324,8 +331,9 @@ class StagedModel(InteractionBuilder, ModelView):
         self, checkpoint: Checkpoint, until: float | None, steps: int | None
     ) -> None:
         raise InputError(
-            f"{checkpoint.path}: time step = {checkpoint.dt!r} s: the model's is {self.dt!r} s; "
-            "give the dt of the run so far"
+            f"{checkpoint.path}: time step = {checkpoint.dt!r} s: the model's is {self.dt!r} s: "
+            "it is of a model with other mesh sizes, materials, contact or dt; make the model as "
+            "it was, or give another output folder"
         )
 
     def _plan_output(
