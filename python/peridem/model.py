@@ -19,23 +19,14 @@ from .driving import PROGRESS_SECONDS, Job, Observer, drive
 from .duration import interval_in_steps
 from .errors import InputError, NumericalError
 from .interrupt import Terminated
-from .leftovers import left_files, set_aside
 from .modelling.arguments import checked, choice, number, vector, whole
 from .modelling.plan import ModelPlan
 from .particle import Particle
-from .plausibility import long_run_warnings
 from .restart import find_deck
 from .result import Result
-from .series import SeriesRecorder, make_tables
+from .series import SeriesRecorder, make_tables, series_file
 from .staged import StagedModel
-from .telling import (
-    checked_progress,
-    interval_warnings,
-    show_run,
-    stopping_told,
-    unrecorded,
-    warn_of,
-)
+from .telling import RunTeller, checked_progress, interval_warnings, warn_of
 from .view import FloatArray
 
 SAFETY = 0.5
@@ -410,7 +401,7 @@ class DEMModel(StagedModel):
             make_tables(
                 record, recorded_every, lambda name, value: interval_in_steps(name, value, dt)
             ),
-            _series_file(record_to, folder, record),
+            series_file(record_to, folder, record),
             self.n if self._goes_on else None,
         )
         checkpoints = None
@@ -422,26 +413,15 @@ class DEMModel(StagedModel):
             "record_every": (record_every, recorded_every),
             "callback_every": (callback_every, calls),
         }
-        tells, fresh = not callable(progress), not self._goes_on
-        self._note_warnings(
-            [
-                *long_run_warnings(self, last),
-                *interval_warnings(last, given),
-                *unrecorded(self, record),
-            ]
-        )
-        if fresh and folder is not None:
-            written = series.path if series.tables else None
-            self._note_warnings(set_aside(folder, self.deck.output.tag_pp, written))
+        told = RunTeller(self, last, folder, progress)
+        self._note_warnings([*interval_warnings(last, given), *told.at_start(series)])
         self._warn()
         try:
-            with show_run(self, last, progress) as observer:
+            with told.shown() as observer:
                 drive(self, Job(last, folder, callback, calls, observer, checkpoints, series))
         except (KeyboardInterrupt, Terminated) as error:
-            raise stopping_told(self, error, last, folder, show=tells) from None
-        self._note_warnings(series.warnings(self))
-        if tells and fresh and folder is not None:
-            self._note_warnings(left_files(self, folder))
+            raise told.stopped(error) from None
+        self._note_warnings([*series.warnings(self), *told.at_end()])
         self._warn()
         return Result({**self.summary(), "warnings": list(self.warnings)}, folder, series)
 
@@ -462,21 +442,16 @@ class DEMModel(StagedModel):
         """Count seconds of wall-clock time as spent on output."""
         self._output_seconds += seconds
 
+    @property
+    def goes_on(self) -> bool:
+        """Whether outputs continue earlier ones."""
+        return self._goes_on
+
     def note_goes_on(self, writes: bool) -> bool:
         """Tell whether outputs continue earlier ones, and note that they will if it `writes`."""
         goes_on = self._goes_on
         self._goes_on = goes_on or writes
         return goes_on
-
-
-def _series_file(
-    record_to: str | os.PathLike[str] | None, folder: Path | None, record: Any
-) -> Path | None:
-    """File of what is recorded; a bare name is one in the output folder."""
-    if record_to is None:
-        return folder / "series.csv" if folder is not None and record else None
-    path = Path(record_to)
-    return folder / path if folder is not None and path.name == str(path) else path
 
 
 def _thread_count(threads: int | None) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from pathlib import Path
@@ -221,6 +222,16 @@ class SeriesRecorder:
 
 def _belongs(heading: str, table: str) -> bool:
     return heading.startswith(f"{table}.")
+
+
+def series_file(
+    record_to: str | os.PathLike[str] | None, folder: Path | None, record: Any
+) -> Path | None:
+    """Return the file of what is recorded; a bare name is one in the output folder."""
+    if record_to is None:
+        return folder / "series.csv" if folder is not None and record else None
+    path = Path(record_to)
+    return folder / path if folder is not None and path.name == str(path) else path
 
 
 def make_tables(record: Any, every: int, interval: Interval) -> list[Table]:

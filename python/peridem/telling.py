@@ -11,13 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .errors import InputError, PeridemWarning
-from .interrupt import Terminated
+from .leftovers import left_files, set_aside
+from .plausibility import long_run_warnings
 
 if TYPE_CHECKING:
     from .driving import Observer
     from .model import DEMModel
+    from .series import SeriesRecorder
 
-__all__ = ["be_quiet", "interval_warnings", "opening", "show_run", "stopping_told", "warn_of"]
+__all__ = ["RunTeller", "be_quiet", "checked_progress", "interval_warnings", "opening", "warn_of"]
 
 _quiet = False
 
@@ -56,39 +58,6 @@ def opening(model: DEMModel, last: int) -> str:
         f"peridem: {steps} steps of {model.dt:.3g} s{stable}; to t = {time_text(last * model.dt)}; "
         f"{len(model.bodies)} bodies, {model.n_nodes} nodes, {len(model.bonds.intact) // 2} bonds"
     )
-
-
-@contextmanager
-def show_run(model: DEMModel, last: int, progress: Any) -> Iterator[Observer | None]:
-    """Show a line at the start of a run and then how far it is.
-
-    Parameters
-    ----------
-    model : DEMModel
-        An initialised model.
-    last : int
-        Step to stop after.
-    progress : bool, callable or None
-        As in `DEMModel.run`.
-
-    Yields
-    ------
-    callable or None
-        To be called with the model about ten times a second.
-    """
-    if callable(progress):
-        yield progress
-    elif progress or (progress is None and _watched()):
-        from rich.console import Console  # rich takes a quarter of a second to load
-
-        from .runlog import show_progress
-
-        console = Console(stderr=True, highlight=False)
-        console.print(opening(model, last), markup=False, soft_wrap=True)
-        with show_progress(console, model.n, last) as update:
-            yield update
-    else:
-        yield None
 
 
 def checked_progress(progress: Any) -> Any:
@@ -134,49 +103,97 @@ def interval_warnings(steps: int, intervals: dict[str, tuple[Any, int]]) -> list
     ]
 
 
-def unrecorded(model: DEMModel, record: Any) -> list[str]:
-    """Say that a run that goes on from a checkpoint no longer records what was recorded."""
-    if not model.recorded or record:
-        return []
-    return [
-        f"record: missing: the run so far has recorded {model.recorded}; give the same to go on "
-        "with its series"
-    ]
-
-
-def stopping_told(
-    model: DEMModel, error: BaseException, last: int, folder: Path | None, *, show: bool
-) -> BaseException:
-    """Make the error that tells how a run was stopped by a signal and how to go on.
+class RunTeller:
+    """What is told of one run besides its results.
 
     Parameters
     ----------
     model : DEMModel
-        The model, stopped.
-    error : KeyboardInterrupt or Terminated
-        What stopped it.
+        An initialised model.
     last : int
-        Step that it was to reach.
+        Step to stop after.
     folder : Path or None
         Its output folder.
-    show : bool
-        Print the text where the error itself will say nothing (SIGTERM).
+    progress : bool, callable or None
+        As in `DEMModel.run`; who gives a function does the talking at the end, too.
     """
-    told = isinstance(error, KeyboardInterrupt) and error.args
-    if told or (isinstance(error, SystemExit) and not isinstance(error, Terminated)):
-        return error
-    from .summary import time_text
 
-    where = f"stopped after step {model.n} of {last}, t = {time_text(model.time)}"
-    saved = model.last_checkpoint
-    if folder is None or saved is None:
-        text = f"{where}; nothing is saved: run(output=...) writes a checkpoint when it is stopped"
-    elif model.scripted:
-        text = f"{where}; {saved} is written: run the script again with run(..., resume=True)"
-    else:
-        text = f"{where}; {saved} is written: go on with `peridem resume {folder}`"
-    if isinstance(error, KeyboardInterrupt):
-        return KeyboardInterrupt(text)
-    if show:
-        print(f"peridem: SIGTERM: {text}", file=sys.stderr)
-    return error
+    def __init__(self, model: DEMModel, last: int, folder: Path | None, progress: Any) -> None:
+        self._model, self._last, self._folder, self._progress = model, last, folder, progress
+        self._fresh = folder is not None and not model.goes_on
+
+    def at_start(self, series: SeriesRecorder) -> list[str]:
+        """Set aside what an earlier run has left, and collect the warnings before the first step.
+
+        Parameters
+        ----------
+        series : SeriesRecorder
+            What the run records.
+        """
+        model, texts = self._model, long_run_warnings(self._model, self._last)
+        if model.recorded and not series.tables:
+            texts.append(
+                f"record: missing: the run so far has recorded {model.recorded}; give the same to "
+                "go on with its series"
+            )
+        if self._fresh and self._folder is not None:
+            own = series.path if series.tables else None
+            texts += set_aside(self._folder, model.deck.output.tag_pp, own)
+        return texts
+
+    def at_end(self) -> list[str]:
+        """Warnings after the last step."""
+        if not self._fresh or self._folder is None or callable(self._progress):
+            return []
+        return left_files(self._model, self._folder)
+
+    @contextmanager
+    def shown(self) -> Iterator[Observer | None]:
+        """Show a line at the start of the run and then how far it is.
+
+        Yields
+        ------
+        callable or None
+            To be called with the model about ten times a second.
+        """
+        progress = self._progress
+        if callable(progress):
+            yield progress
+        elif progress or (progress is None and _watched()):
+            from rich.console import Console  # rich takes a quarter of a second to load
+
+            from .runlog import show_progress
+
+            console = Console(stderr=True, highlight=False)
+            console.print(opening(self._model, self._last), markup=False, soft_wrap=True)
+            with show_progress(console, self._model.n, self._last) as update:
+                yield update
+        else:
+            yield None
+
+    def stopped(self, error: BaseException) -> BaseException:
+        """Make the error that tells how the run was stopped by a signal and how to go on.
+
+        Parameters
+        ----------
+        error : KeyboardInterrupt or Terminated
+            What has stopped it.
+        """
+        if isinstance(error, KeyboardInterrupt) and error.args:
+            return error  # the user's own
+        from .summary import time_text
+
+        model = self._model
+        where = f"stopped after step {model.n} of {self._last}, t = {time_text(model.time)}"
+        saved = model.last_checkpoint
+        if self._folder is None or saved is None:
+            rest = "nothing is saved: run(output=...) writes a checkpoint when it is stopped"
+        elif model.scripted:
+            rest = f"{saved} is written: run the script again with run(..., resume=True)"
+        else:
+            rest = f"{saved} is written: go on with `peridem resume {self._folder}`"
+        if isinstance(error, KeyboardInterrupt):
+            return KeyboardInterrupt(f"{where}; {rest}")
+        if not callable(self._progress):  # SystemExit itself says nothing
+            print(f"peridem: SIGTERM: {where}; {rest}", file=sys.stderr)
+        return error
