@@ -39,7 +39,7 @@ _ENOUGH_NODES = 50  # of a body, so that its edge does not decide the average
 FAR = 100.0
 """A body is far from all others at this many diameters of the largest grain."""
 
-MOST_STEPS = 10_000_000
+MOST_STEPS = 5_000_000
 """Steps of a run: the drum of the examples takes 50 000, the decks of the original a million."""
 
 

@@ -105,4 +105,4 @@ def test_very_long_run_is_told() -> None:
     model.init()
     assert long_run_warnings(model, MOST_STEPS) == []
     (told,) = long_run_warnings(model, 100_000_000)  # a second
-    assert told.startswith("run of 1e+08 steps of 1e-08 s: more than 1e+07 are rarely meant: check")
+    assert told.startswith("run of 1e+08 steps of 1e-08 s: more than 5e+06 are rarely meant: check")
