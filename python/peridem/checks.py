@@ -442,5 +442,6 @@ def _overlap_text(model: DEMModel, one: Overlap) -> str:
 
 
 def _place(model: DEMModel, k: int) -> str:
-    centre = model.start_center(k)[: model.dimension]
-    return f"({', '.join(f'{value:.4g}' for value in centre)})"
+    """Where the origin of a body's shape was placed, as text."""
+    site = model.bodies[k].site[: model.dimension]
+    return f"({', '.join(f'{value:.4g}' for value in site)})"
