@@ -19,7 +19,15 @@ if TYPE_CHECKING:
     from .model import DEMModel
     from .series import SeriesRecorder
 
-__all__ = ["RunTeller", "be_quiet", "checked_progress", "interval_warnings", "opening", "warn_of"]
+__all__ = [
+    "RunTeller",
+    "be_quiet",
+    "checked_progress",
+    "interval_warnings",
+    "opening",
+    "warn_of",
+    "without_progress",
+]
 
 _quiet = False
 
@@ -29,6 +37,17 @@ def be_quiet() -> None:
     global _quiet  # noqa: PLW0603
     _quiet = True
     warnings.simplefilter("ignore", PeridemWarning)
+
+
+@contextmanager
+def without_progress() -> Iterator[None]:
+    """Show no progress of runs within the ``with``, where something else is shown."""
+    global _quiet  # noqa: PLW0603
+    before, _quiet = _quiet, True
+    try:
+        yield
+    finally:
+        _quiet = before
 
 
 def _watched() -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -13,12 +14,20 @@ import pytest
 from click.testing import CliRunner
 from helpers import DeckFolder
 from modelling_parts import two_discs
+from peridem import telling
 from peridem.cli import main
 from peridem.interrupt import Terminated
 from peridem.output import read_pvd, read_vtu
 from peridem.telling import opening
 
 DT = 1e-7  # of two_discs
+
+
+class Screen(io.StringIO):
+    """What takes itself for a terminal."""
+
+    def isatty(self) -> bool:
+        return True
 
 
 def test_opening_names_steps_time_step_its_limit_and_sizes() -> None:
@@ -213,3 +222,12 @@ def test_resume_with_the_recorders_goes_on_with_the_series(tmp_path: Path) -> No
     two_discs().run(until=1e-5, **run, checkpoint_every=50)
     result = two_discs().run(until=1.2e-5, **run, resume=True)
     assert result.series["step"].tolist() == list(range(0, 121, 10))
+
+
+def test_runs_of_a_study_show_no_bars_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PYTEST_CURRENT_TEST")
+    monkeypatch.setattr("sys.stderr", Screen())
+    watched: list[bool] = []
+    pd.study(lambda a: {"b": watched.append(telling._watched()) or 1}, a=1, workers=0)
+    assert watched == [False]
+    assert telling._watched()  # as before
