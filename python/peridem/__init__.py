@@ -13,7 +13,7 @@ from . import calibrate, packing, plot, recorders
 from ._core import __version__
 from .bonds import Bonds
 from .deck import Deck, read_deck
-from .errors import InputError, NumericalError
+from .errors import InputError, NumericalError, PeridemWarning
 from .materials import PDElasticBond, PDState, PMBBond, RNPBond
 from .meshing import MeshQuality, MeshWarning, mesh_quality
 from .model import DEMModel, Particle
@@ -71,6 +71,7 @@ __all__ = [
     "PDState",
     "PMBBond",
     "Particle",
+    "PeridemWarning",
     "Polygon",
     "Polyhedron",
     "RNPBond",

@@ -37,6 +37,7 @@ __all__ = [
     "has_checkpoint",
     "list_checkpoints",
     "newest_checkpoint",
+    "own_checkpoints",
     "read_checkpoint",
 ]
 
@@ -121,6 +122,8 @@ class Checkpoint:
         Elongations [m] of these springs.
     energy : EnergyAccounts or None
         Accounts of a run with `DEMModel.track_energy`.
+    recorded : str
+        Names of the recorders of the run, which only its script can make again.
     """
 
     path: Path
@@ -142,6 +145,7 @@ class Checkpoint:
     spring_nodes: NDArray[np.int32]
     spring_elongations: NDArray[np.float64]
     energy: EnergyAccounts | None
+    recorded: str
 
 
 class CheckpointWriter:
@@ -160,6 +164,8 @@ class CheckpointWriter:
         Steps between checkpoints; None for those at a signal only.
     resumed_from : Path, optional
         Checkpoint that the run goes on from: one of its own.
+    recorded : str
+        Names of the recorders of the run.
 
     Raises
     ------
@@ -173,6 +179,7 @@ class CheckpointWriter:
         model: DEMModel,
         every: int | None = None,
         resumed_from: Path | None = None,
+        recorded: str = "",
     ) -> None:
         if every is not None and every < 1:
             raise InputError(
@@ -181,7 +188,7 @@ class CheckpointWriter:
         self.folder = Path(folder).resolve()
         self.every = every
         self._tag = model.deck.output.tag_pp or None
-        self._identity = _identity(model, self.folder)
+        self._identity = {**_identity(model, self.folder), "recorded": recorded}
         self._inputs = input_hashes(model.deck)
         own = resumed_from is not None and resumed_from.resolve().parent == self.folder
         self._kept: list[Path] = [resumed_from.resolve()] if own and resumed_from else []
@@ -282,6 +289,13 @@ def list_checkpoints(folder: Path | str, tag: str | None = None) -> list[Path]:
             "--checkpoint-every N, or give the output folder of such a run"
         )
     return [path for path, _, _ in sorted(found, key=lambda entry: -entry[2])]
+
+
+def own_checkpoints(folder: Path, tag: str | None) -> list[Path]:
+    """Checkpoints in a folder that are named as those of a run with this tag, oldest first."""
+    found = [(path, _NAME.fullmatch(path.name)) for path in folder.iterdir()]
+    own = [(int(match["step"]), path) for path, match in found if match and match["tag"] == tag]
+    return [path for _, path in sorted(own)]
 
 
 def has_checkpoint(folder: Path | str) -> bool:
@@ -448,6 +462,7 @@ def _unpack(path: Path, file: Any) -> Checkpoint:
         spring_nodes=file["friction/nodes"][:],
         spring_elongations=file["friction/elongations"][:],
         energy=_unpack_energy(file),
+        recorded=str(attributes.get("recorded", "")),
     )
 
 

@@ -10,6 +10,7 @@ from .diagnostics import StopCriterion
 from .errors import InputError, InputErrors
 from .geometry import make_shape
 from .overlaps import Overlap, find_touching, overlap_lines, touching_warnings
+from .plausibility import plausibility_warnings
 
 if TYPE_CHECKING:
     from .model import DEMModel, Particle
@@ -72,7 +73,7 @@ def check_model(model: DEMModel, *, strict: bool = False, allow_overlap: bool = 
     outside = container_warning(model)
     if outside is not None:
         warnings.append(outside)
-    return warnings + effect_warnings(model)
+    return warnings + effect_warnings(model) + plausibility_warnings(model)
 
 
 def effect_warnings(model: DEMModel) -> list[str]:

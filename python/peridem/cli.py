@@ -11,6 +11,8 @@ import errno
 import os
 import sys
 import time as clock
+import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +22,7 @@ from rich.console import Console, RenderableType
 
 from . import __version__
 from .command import BAD_INPUT, fail, with_exit_codes
-from .errors import InputError, NumericalError
+from .errors import InputError, NumericalError, PeridemWarning
 from .interrupt import Terminated
 from .memory import machine_memory, predict_memory, refuse_too_large
 from .model import DEMModel
@@ -163,6 +165,9 @@ def run(
 @STEPS
 @CHECKPOINT_EVERY
 @click.option("--tag", metavar="TAG", help="Tag_PP of the run, if OUTPUT_DIR has several.")
+@click.option(
+    "--without-series", is_flag=True, help="Go on although nothing more will be recorded."
+)
 @QUIET
 @with_exit_codes
 def resume(
@@ -172,10 +177,17 @@ def resume(
     steps: int | None,
     checkpoint_every: int | None,
     tag: str | None,
+    without_series: bool,
     quiet: bool,
 ) -> None:
     """Go on with the run whose results are in OUTPUT_DIR, from its newest checkpoint."""
     model = DEMModel.resume(output_dir, threads=threads, tag=tag)
+    if model.recorded and not without_series:
+        raise InputError(
+            f"{model.last_checkpoint}: is of a Python script that records {model.recorded}: the "
+            "command line cannot go on with that; run the script again with model.run(..., "
+            "resume=True), or give --without-series"
+        )
     _run(model, _Job(output_dir, steps, checkpoint_every, quiet, resumed=True))
 
 
@@ -263,8 +275,9 @@ def _run(model: DEMModel, job: _Job) -> DEMModel:
         last = model.n_steps if job.steps is None else first + job.steps
         written = _Written(folder, model)
         ending = "stopped by an error"
+        known = list(model.warnings)
         try:
-            with show_progress(err, first, last, quiet=job.quiet) as progress:
+            with _printed_here(), show_progress(err, first, last, quiet=job.quiet) as progress:
                 model.run(
                     output=folder,
                     steps=job.steps,
@@ -287,12 +300,24 @@ def _run(model: DEMModel, job: _Job) -> DEMModel:
             raise
         finally:
             seconds = clock.perf_counter() - began
+            for text in (one for one in model.warnings if one not in known):
+                log.write(f"warning: {text}")
+                with contextlib.suppress(OSError):
+                    _print(err, f"warning: {text}")
             report = _Report(model, ending, seconds, model.n - first, written)
             at_end = ending in ("finished", "stopped by Output_Criteria")
             # Output that cannot be printed must not hide the error that ends the run.
             with contextlib.nullcontext() if at_end else contextlib.suppress(OSError):
                 report.show(log, None if job.quiet else out, out if at_end else err)
     return model
+
+
+@contextlib.contextmanager
+def _printed_here() -> Iterator[None]:
+    """Leave warnings to the printing of this module."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PeridemWarning)
+        yield
 
 
 class _Written:

@@ -87,6 +87,8 @@ def drive(model: DEMModel, job: Job) -> None:
                 _save(model, checkpoints, job)
             if job.progress is not None:
                 job.progress(model)
+        if signals.noted is None:
+            _observe_end(model, recorder, job)
         # A run that stops short can be gone on with.
         short = model.stop_reason is None and model.n < model.n_steps
         if checkpoints is not None and (checkpoints.every or signals.noted is not None or short):
@@ -116,6 +118,13 @@ def _observe(model: DEMModel, recorder: Recorder, job: Job) -> None:
         job.callback(model)
 
 
+def _observe_end(model: DEMModel, recorder: Recorder, job: Job) -> None:
+    """Write and record the last state, whatever the intervals."""
+    with _timed_output(model):
+        recorder.record_end()
+        job.series.sample(model, at_end=True)
+
+
 def _open_recorder(model: DEMModel, folder: Path | None) -> Recorder:
     goes_on = model.note_goes_on(folder is not None)
     return Recorder(model, folder, goes_on=goes_on, background=model.background)
@@ -128,7 +137,10 @@ def _open_checkpoints(model: DEMModel, job: Job) -> CheckpointWriter | None:
             raise InputError(f"checkpoint_every = {every}: checkpoints need a folder; give output")
         return None
     model.checkpoint_every = model.checkpoint_every if every is None else every
-    return CheckpointWriter(job.output, model, model.checkpoint_every, model.last_checkpoint)
+    recorded = ", ".join(table.name for table in job.series.tables) or model.recorded
+    return CheckpointWriter(
+        job.output, model, model.checkpoint_every, model.last_checkpoint, recorded
+    )
 
 
 def _save(model: DEMModel, checkpoints: CheckpointWriter, job: Job) -> None:

@@ -33,5 +33,9 @@ class InputErrors:
             raise InputError("\n".join(self._texts))
 
 
+class PeridemWarning(UserWarning):
+    """Something about a model or a run is probably not what was wanted; it runs all the same."""
+
+
 class NumericalError(RuntimeError):
     """The computation left the finite numbers or ran away during stepping."""

@@ -18,13 +18,15 @@ from .driving import PROGRESS_SECONDS, Job, Observer, drive
 from .duration import interval_in_steps
 from .errors import InputError, NumericalError
 from .files import path_of
+from .interrupt import Terminated
 from .modelling.arguments import check_callable, checked, choice, number, vector, whole
 from .modelling.plan import ModelPlan
 from .particle import Particle
 from .restart import find_deck
 from .result import Result
-from .series import SeriesRecorder, make_tables
+from .series import SeriesRecorder, make_tables, series_file
 from .staged import StagedModel
+from .telling import RunTeller, checked_progress, interval_warnings, warn_of
 from .view import FloatArray
 
 SAFETY = 0.5
@@ -301,7 +303,7 @@ class DEMModel(StagedModel):
         steps: int | None = None,
         callback: Observer | None = None,
         every: float | None = None,
-        progress: Observer | None = None,
+        progress: Observer | bool | None = None,
         *,
         until: float | None = None,
         tags: Sequence[str] | None = None,
@@ -329,9 +331,12 @@ class DEMModel(StagedModel):
             Called with the model at the start and at intervals. Files of the outputs so far may
             still be on their way: they are written in the background.
         every : int or float, optional
-            Interval of outputs; that of the deck, or a hundredth of the run, when left out.
-        progress : callable, optional
-            Called with the model about ten times a second.
+            Interval of outputs; that of the deck, or a hundredth of the run, when left out. A
+            model made in Python writes its last state, too, when no interval ends there.
+        progress : bool or callable, optional
+            Whether to say on standard error how long the run will be and how far it is; on a
+            terminal only, when left out. A function is called with the model about ten times a
+            second instead.
         until : float, optional
             Simulated time to stop at [s].
         tags : sequence of str, optional
@@ -346,9 +351,11 @@ class DEMModel(StagedModel):
         record : list of str, recorders and functions, optional
             What to record, see `peridem.recorders`.
         record_every : int or float, optional
-            Interval of recorders without one of their own; that of outputs when left out.
+            Interval of recorders without one of their own; that of outputs when left out. The
+            last state is recorded, too.
         record_to : path-like, optional
             File for what is recorded, .csv or .parquet; ``series.csv`` in `output` when left out.
+            A name without a folder is a file in `output`, if that is given.
         resume : bool
             Go on from the newest checkpoint in `output`, bit for bit; start when there is none.
             For scripts that make a model and may be run again.
@@ -366,44 +373,65 @@ class DEMModel(StagedModel):
             If a velocity runs away, or a position, velocity or force is no longer finite; with
             `output`, the state is in ``output_last.vtu``.
         KeyboardInterrupt
-            After Ctrl-C: the step is whole, a checkpoint written, the outputs are closed.
+            After Ctrl-C: the step is whole, with `output` a checkpoint is written; it says so.
         Terminated
             Likewise after SIGTERM, with `output`; a SystemExit with code 143.
+
+        Warns
+        -----
+        PeridemWarning
+            Each of `warnings`, once.
         """
         if steps is not None:
             steps = whole(steps, "steps", 0)
         if until is not None:
             until = number(until, "until", above=0, unit="s")
         folder = None if output is None else path_of(output, "output")
-        for name, function in (("callback", callback), ("progress", progress)):
-            check_callable(function, name)
+        check_callable(callback, "callback")
+        progress = checked_progress(progress)
         self._every_wanted = every if isinstance(every, float) else None
         last = self._resumed(folder, until, steps) if resume else self._last_step(until, steps)
         dt = self.dt
         self._plan_output(folder, every, tags)
         interval = self.output_interval
-        if record_to is None and folder is not None and record:
-            record_to = folder / "series.csv"
 
         def in_steps(name: str, value: float | None, default: int) -> int:
             return default if value is None else interval_in_steps(name, value, dt)
 
+        recorded_every = in_steps("record_every", record_every, interval)
         series = SeriesRecorder(
             make_tables(
-                record,
-                in_steps("record_every", record_every, interval),
-                lambda name, value: interval_in_steps(name, value, dt),
+                record, recorded_every, lambda name, value: interval_in_steps(name, value, dt)
             ),
-            None if record_to is None else path_of(record_to, "record_to"),
+            series_file(record_to, folder, record),
             self.n if self._goes_on else None,
         )
         checkpoints = None
         if checkpoint_every is not None:
             checkpoints = interval_in_steps("checkpoint_every", checkpoint_every, dt)
         calls = in_steps("callback_every", callback_every, interval)
-        drive(self, Job(last, folder, callback, calls, progress, checkpoints, series))
-        self._note_warnings(series.warnings(self))
+        given = {
+            "every": (every, interval),
+            "record_every": (record_every, recorded_every),
+            "callback_every": (callback_every, calls),
+        }
+        told = RunTeller(self, last, folder, progress)
+        self._note_warnings([*interval_warnings(last, given), *told.at_start(series)])
+        self._warn()
+        try:
+            with told.shown() as observer:
+                drive(self, Job(last, folder, callback, calls, observer, checkpoints, series))
+        except (KeyboardInterrupt, Terminated) as error:
+            raise told.stopped(error) from None
+        self._note_warnings([*series.warnings(self), *told.at_end()])
+        self._warn()
         return Result({**self.summary(), "warnings": list(self.warnings)}, folder, series)
+
+    def _warn(self) -> None:
+        """Raise what has become known as Python warnings, each once, at the caller of `run`."""
+        new = [text for text in self.warnings if text not in self._warned]
+        self._warned.update(new)
+        warn_of(new, stacklevel=4)  # _warn, run, its check of the arguments, the user
 
     # For the loop of a run.
 
@@ -415,6 +443,11 @@ class DEMModel(StagedModel):
     def note_output_time(self, seconds: float) -> None:
         """Count seconds of wall-clock time as spent on output."""
         self._output_seconds += seconds
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether outputs continue earlier ones."""
+        return self._goes_on
 
     def note_goes_on(self, writes: bool) -> bool:
         """Tell whether outputs continue earlier ones, and note that they will if it `writes`."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from .bodies import BodyPlan
     from .model import DEMModel, Particle
 
 FloatArray = NDArray[np.float64]
@@ -231,7 +232,7 @@ def overlap_lines(model: DEMModel, overlaps: list[Overlap]) -> list[str]:
 
 
 def _overlap_text(model: DEMModel, one: Overlap) -> str:
-    rule = f"{_distance_text(one)}, and a node of one lies inside an element of the other: must not"
+    rule = f"a node of one lies inside an element of the other ({_distance_text(one)})"
     remedy = "move or shrink one of them"
     if not one.inside:
         rule = (
@@ -264,8 +265,15 @@ def touching_warnings(model: DEMModel, touching: list[Overlap]) -> list[str]:
 
 
 def _pair_text(model: DEMModel, one: Overlap) -> str:
-    p, q = one.bodies
-    return f"{model.bodies[p].where}: bodies {p} and {q} (from {model.bodies[q].where})"
+    p, q = (model.bodies[k] for k in one.bodies)
+    if model.scripted:
+        return " and ".join(f"{body.where} at {_place(body, model.dimension)}" for body in (p, q))
+    return f"{p.where}: bodies {one.bodies[0]} and {one.bodies[1]} (from {q.where})"
+
+
+def _place(body: BodyPlan, dimension: int) -> str:
+    """Where the origin of a body's shape was placed, as text."""
+    return f"({', '.join(f'{value:.4g}' for value in body.site[:dimension])})"
 
 
 def _distance_text(one: Overlap) -> str:

@@ -116,6 +116,20 @@ class Recorder:
             elif reason is not None and self._criterion.new_interval is not None:
                 self.model.output_interval = self._criterion.new_interval
 
+    def record_end(self) -> None:
+        """Write the last state of a run of a model made in Python, if `record` has not.
+
+        Its number is that of the next output, which replaces it when the run goes on. Decks keep
+        to the steps that they name.
+        """
+        model, writer = self.model, self._writer
+        if writer is None or not model.scripted or model.n % model.output_interval == 0:
+            return
+        if self._background is None:
+            self._take(writer, after=1)()
+        else:
+            self._background.submit(lambda: self._take(writer, after=1))
+
     def write_last(self) -> Path | None:
         """Write the present state as ``output_last.vtu``, outside the series.
 
@@ -163,11 +177,14 @@ class Recorder:
             keep_until=self.model.time if goes_on else None,
         )
 
-    def _take(self, writer: OutputWriter) -> Job:
-        """Copy what an output of the present step needs; the job writes its files."""
+    def _take(self, writer: OutputWriter, after: int = 0) -> Job:
+        """Copy what an output of the present step needs; the job writes its files.
+
+        `after` is added to the number of the output.
+        """
         model = self.model
         # Numbered by the shorter interval, so that numbers grow when New_Interval sets in.
-        k = model.n // min(self.model.output_interval, writer.interval)
+        k = model.n // min(self.model.output_interval, writer.interval) + after
         n, time = model.n, model.time
         arrays = {tag: _own(make()) for tag, make in self._arrays().items() if tag in writer.tags}
         points = _own(model.state.x)

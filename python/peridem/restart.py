@@ -115,9 +115,15 @@ def _check_deck(model: DEMModel, checkpoint: Checkpoint, changed_deck: bool) -> 
         )
     if changed_deck and physics_sha256(deck) != checkpoint.physics_sha256:
         raise InputError(
-            f"{checkpoint.path}: is of a deck with other bodies, materials, contact or loads than "
-            f"{deck.path}; only Restart, Output, Final_Time and Time_Steps may differ"
+            f"{checkpoint.path}: is of a {'model' if model.scripted else 'deck'} with other "
+            f"bodies, materials, contact or loads than {_this(model)}"
         )
+
+
+def _this(model: DEMModel) -> str:
+    if model.scripted:
+        return "this one; make the model as it was, or give another output folder"
+    return f"{model.deck.path}; only Restart, Output, Final_Time and Time_Steps may differ"
 
 
 def _check_inputs(model: DEMModel, checkpoint: Checkpoint) -> None:

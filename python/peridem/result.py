@@ -103,7 +103,10 @@ class Result:
         known = self.summary
         names = ", ".join(table.name for table in self._series.tables) or "nothing"
         where = "no folder" if self.folder is None else str(self.folder)
+        count = len(known.get("warnings", ()))
+        warned = f"; {count} warning{'s' if count > 1 else ''}, see summary" if count else ""
         return (
             f"<Result after step {known['steps']}, t = {known['time']:g} s: "
-            f"{known['broken_bonds']} of {known['bonds']} bonds broken; recorded: {names}; {where}>"
+            f"{known['broken_bonds']} of {known['bonds']} bonds broken; recorded: {names}; {where}"
+            f"{warned}>"
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import InputError
-from .files import make_folder, replace_file
+from .files import make_folder, path_of, replace_file
 from .modelling.arguments import show_value
 from .recorders import by_name
 
@@ -47,9 +48,9 @@ class Table:
         self.times: list[float] = []
         self.rows: list[list[float]] = []
 
-    def sample(self, model: DEMModel) -> None:
-        """Call the recorder when its interval is due, once for each step."""
-        if model.n % self.every or (self.steps and self.steps[-1] >= model.n):
+    def sample(self, model: DEMModel, *, at_end: bool = False) -> None:
+        """Call the recorder when its interval is due or the run ends, once for each step."""
+        if (model.n % self.every and not at_end) or (self.steps and self.steps[-1] >= model.n):
             return
         names, values = self._numbers(self.recorder(model))
         if self.columns is None:
@@ -140,10 +141,10 @@ class SeriesRecorder:
         checks = (getattr(table.recorder, "warnings", None) for table in self.tables)
         return [text for check in checks if callable(check) for text in check(model)]
 
-    def sample(self, model: DEMModel) -> None:
-        """Call the recorders that are due."""
+    def sample(self, model: DEMModel, *, at_end: bool = False) -> None:
+        """Call the recorders that are due; all of them at the end of a run."""
         for table in self.tables:
-            table.sample(model)
+            table.sample(model, at_end=at_end)
 
     def frame(self) -> pd.DataFrame:
         """All tables side by side: time [s] as index, the step, then the columns."""
@@ -223,6 +224,16 @@ def _belongs(heading: str, table: str) -> bool:
     return heading.startswith(f"{table}.")
 
 
+def series_file(
+    record_to: str | os.PathLike[str] | None, folder: Path | None, record: Any
+) -> Path | None:
+    """Return the file of what is recorded; a bare name is one in the output folder."""
+    if record_to is None:
+        return folder / "series.csv" if folder is not None and record else None
+    path = path_of(record_to, "record_to")
+    return folder / path if folder is not None and path.name == str(path) else path
+
+
 def make_tables(record: Any, every: int, interval: Interval) -> list[Table]:
     """Tables for the recorders that a run was given.
 
@@ -281,6 +292,6 @@ def _check_path(path: Path) -> None:
             import pyarrow  # noqa: F401
         except ImportError:
             raise InputError(
-                f"record_to = {path}: parquet files need the package pyarrow; install it, or "
-                "write .csv"
+                f"record_to = {path}: parquet files need the package pyarrow; install it by "
+                'pip install "peridem[parquet]", or write .csv'
             ) from None

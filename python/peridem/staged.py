@@ -51,6 +51,7 @@ class StagedModel(InteractionBuilder, ModelView):
     _safety: float
 
     _goes_on: bool
+    _warned: set[str]
 
     @property
     def _whole(self) -> DEMModel:
@@ -62,10 +63,12 @@ class StagedModel(InteractionBuilder, ModelView):
         self.compatibility = compatibility
         self.warnings: list[str] = []
         self.notes: list[str] = []
+        self._warned: set[str] = set()
         self.stop_reason: str | None = None
         self.output_interval = 1
         self.checkpoint_every: int | None = None
         self.last_checkpoint: Path | None = None
+        self.recorded = ""
         self._composition: Composition | None = None
         self._built: BuiltModel | None = None
         self._deck: Deck | None = None
@@ -97,7 +100,9 @@ class StagedModel(InteractionBuilder, ModelView):
         built.core.track_energy = self._tracks_energy
         self.warnings += built.warnings
         self.notes += deck.notes
-        if not self.scripted or self.compatibility == "original":
+        # Where the deck says itself that defects are corrected there is nothing to tell.
+        asked = "compatibility" in deck.model.model_fields_set
+        if self.compatibility == "original" or not (self.scripted or asked):
             self.notes += compatibility_notes(deck, built.bodies, self.compatibility)
         self.output_interval = deck.output.output_interval
 
@@ -112,7 +117,7 @@ class StagedModel(InteractionBuilder, ModelView):
                     composition.deck, threads=self._thread_count, held=composition.held
                 )
             except InputError as error:
-                raise InputError(composition.words.say(str(error))) from error
+                raise InputError(composition.words.say(str(error))) from None
             self._composition = composition
             self.warnings += composition.warnings
             for body in composition.layout.order:
@@ -196,7 +201,7 @@ class StagedModel(InteractionBuilder, ModelView):
         try:
             core.init()
         except InputError as error:
-            raise InputError(self._say(f"{self.deck.path.name}: {error}")) from error
+            raise InputError(self._say(f"{self.deck.path.name}: {error}")) from None
         self._initialized = True
         try:
             self._fix_duration(until, steps)
@@ -205,7 +210,7 @@ class StagedModel(InteractionBuilder, ModelView):
             )
         except InputError as error:
             self._initialized = False
-            raise InputError(self._say(str(error))) from error
+            raise InputError(self._say(str(error))) from None
         self.notes += time_step_notes(self._whole)
         self._put_in_words()
         if self._restarts:
@@ -243,6 +248,11 @@ class StagedModel(InteractionBuilder, ModelView):
             return self._dt_wanted
         limits = astuple(self.stable_time_step())
         limit = min(value for value in limits if value > 0)
+        if not np.isfinite(limit) and all(body.constrained for body in self.particles):
+            raise InputError(
+                "DEMModel: dt: missing; there is no stable time step to estimate because no body "
+                "can move: all are walls or fixed; let one move (fixed=False), or give dt"
+            )
         if not np.isfinite(limit):
             raise InputError(
                 "DEMModel: dt: missing; no stable time step can be estimated without bonds and "
@@ -268,6 +278,7 @@ class StagedModel(InteractionBuilder, ModelView):
         self._goes_on = True
         self.warnings += problems
         self.checkpoint_every, self.last_checkpoint = checkpoint.every, checkpoint.path
+        self.recorded = checkpoint.recorded
 
     def _last_step(self, until: float | None, steps: int | None) -> int:
         """Fix the duration and return the step to stop after."""
@@ -321,8 +332,9 @@ class StagedModel(InteractionBuilder, ModelView):
         self, checkpoint: Checkpoint, until: float | None, steps: int | None
     ) -> None:
         raise InputError(
-            f"{checkpoint.path}: time step = {checkpoint.dt!r} s: the model's is {self.dt!r} s; "
-            "give the dt of the run so far"
+            f"{checkpoint.path}: time step = {checkpoint.dt!r} s: the model's is {self.dt!r} s: "
+            "it is of a model with other mesh sizes, materials, contact or dt; make the model as "
+            "it was, or give another output folder"
         )
 
     def _plan_output(

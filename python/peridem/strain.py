@@ -1,4 +1,4 @@
-"""Small strain and stress at the quadrature points of the elements (tag ``Strain_Stress``)."""
+"""Strain and stress at the quadrature points of the elements (tag ``Strain_Stress``)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,14 @@ if TYPE_CHECKING:
     from .deck import Material
     from .model import DEMModel
 
-__all__ = ["COMPONENTS", "StrainField", "hooke", "quadrature_points"]
+__all__ = [
+    "COMPONENTS",
+    "StrainField",
+    "hooke",
+    "quadrature_points",
+    "small_strain",
+    "stretch_strain",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -94,6 +101,46 @@ def _quad_points(order: int) -> tuple[FloatArray, FloatArray]:
     return values, slopes
 
 
+def small_strain(gradient: FloatArray) -> FloatArray:
+    """Small strain (H + H^T)/2, which takes a rotation for a strain.
+
+    Parameters
+    ----------
+    gradient : ndarray, shape (..., d, d)
+        Displacement gradient H in the reference configuration.
+
+    Returns
+    -------
+    ndarray, shape (..., d, d)
+        Strain.
+    """
+    return 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
+
+
+def stretch_strain(gradient: FloatArray) -> FloatArray:
+    """Strain V - I of the left stretch tensor V, F = V R: in the present axes, without rotation.
+
+    Its principal values are the relative elongations along the principal axes as they lie now.
+    It is the small strain where nothing turns (H symmetric), and to first order elsewhere.
+
+    Parameters
+    ----------
+    gradient : ndarray, shape (..., d, d)
+        Displacement gradient H = F - I in the reference configuration.
+
+    Returns
+    -------
+    ndarray, shape (..., d, d)
+        Strain.
+    """
+    # V^2 - I = F F^T - I = H + H^T + H H^T, so that small strains keep all their digits
+    turned = np.swapaxes(gradient, -1, -2)
+    squares, axes = np.linalg.eigh(gradient + turned + gradient @ turned)
+    # sqrt(1 + w) - 1; w >= -1 but for round-off
+    elongations = squares / (1 + np.sqrt(np.maximum(1 + squares, 0.0)))
+    return np.asarray((axes * elongations[..., None, :]) @ np.swapaxes(axes, -1, -2))
+
+
 def hooke(material: Material, strain: FloatArray, dimension: int) -> tuple[FloatArray, FloatArray]:
     """Strain and stress of an isotropic material, out of the plane too.
 
@@ -156,11 +203,13 @@ class _Elements:
 
 
 class StrainField:
-    """Small strain and stress of a model at the quadrature points of its elements.
+    """Strain and stress of a model at the quadrature points of its elements.
 
-    e = (grad u + grad u^T)/2 with the gradient of the shape functions in the reference
-    configuration. It does not know of broken bonds: across a crack it is large. Bodies
-    without elements have no points.
+    The strain is `stretch_strain` and the stress follows from it by Hooke's law, both in the
+    present axes: a grain that turns has none. In original mode it is `small_strain`, as in the
+    original program: of use only as long as nothing turns. Gradients are those of the shape
+    functions in the reference configuration. They do not know of broken bonds: across a crack
+    the strain is large. Bodies without elements have no points.
 
     Parameters
     ----------
@@ -175,6 +224,7 @@ class StrainField:
 
     def __init__(self, model: DEMModel) -> None:
         self._model = model
+        self._measure = small_strain if model.compatibility == "original" else stretch_strain
         self._elements = list(_elements(model))
         counts = [len(e.cells) * len(e.values) for e in self._elements]
         bodies = np.array([e.body for e in self._elements], dtype=np.int32)
@@ -202,12 +252,11 @@ class StrainField:
         u, d = self._model.state.u, self._model.dimension
         strains, stresses = [], []
         for e in self._elements:
-            gradient = np.zeros((len(e.cells), len(e.values), 3, 3))
-            gradient[..., :d, :d] = np.einsum("mki,mqkj->mqij", u[e.cells][..., :d], e.gradients)
-            in_plane = np.stack(
-                [0.5 * (gradient[..., i, j] + gradient[..., j, i]) for i, j in _PAIRS], axis=-1
-            )
-            strain, stress = hooke(e.material, in_plane.reshape(-1, 6), d)
+            gradient = np.einsum("mki,mqkj->mqij", u[e.cells][..., :d], e.gradients)
+            tensor = np.zeros((*gradient.shape[:2], 3, 3))
+            tensor[..., :d, :d] = self._measure(gradient)
+            rows = np.stack([tensor[..., i, j] for i, j in _PAIRS], axis=-1)
+            strain, stress = hooke(e.material, rows.reshape(-1, 6), d)
             strains.append(strain)
             stresses.append(stress)
         return _stacked(strains, 6), _stacked(stresses, 6)

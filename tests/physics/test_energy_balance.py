@@ -255,7 +255,8 @@ def test_open_balance_is_told_in_the_summary() -> None:
     model = pd.DEMModel(threads=1)
     model.add_particle(Disc(), material=glass(), mesh_size=SIZE, velocity=(0, -35))
     model.add_wall(Block((4e-3, 5e-4)), material=TOUGH, mesh_size=SIZE, at=(0, -1.4e-3))
-    result = model.run(until=1e-4, record=["energy"])
+    with pytest.warns(pd.PeridemWarning, match="balance is open"):
+        result = model.run(until=1e-4, record=["energy"])
     (text,) = result.summary["warnings"]
     assert "balance is open" in text
     assert "use a smaller dt" in text
@@ -288,7 +289,8 @@ def test_springs_of_bonds_that_break_when_squeezed_are_told_as_created() -> None
     # A bond that is squeezed to half of its length before it breaks leaves a stressed spring.
     material = glass(fracture_energy=4e3)
     model = impact(material, velocity=(0, -150), dt=5e-9)
-    parts = balance(model, until=1.5e-5)
+    with pytest.warns(pd.PeridemWarning, match="bonds that broke when squeezed"):
+        parts = balance(model, until=1.5e-5)
     assert parts["created"].iloc[-1] > 1e-3
 
 

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 from helpers import MATERIAL, DeckFolder, box_mesh, changed, single_deck
-from peridem import DEMModel, InputError
+from peridem import DEMModel, InputError, PeridemWarning
 from peridem import checkpoint as ck
 from peridem.checkpoint import CheckpointWriter, DamagedCheckpointError, read_checkpoint
 from peridem.output import read_pvd, read_vtu
@@ -103,7 +103,11 @@ def test_last_two_are_kept(deck_folder: DeckFolder, plate: dict[str, Any], out: 
     half_written, of_other_run = out / ".checkpoint_7.h5.tmp", out / "checkpoint_999.h5"
     for file in (half_written, of_other_run, out / "checkpoint_other_3.h5", out / "mine.h5"):
         file.write_bytes(b"")
-    DEMModel.from_deck(deck_folder.write(plate), threads=1).run(out, checkpoint_every=25)
+    with pytest.warns(
+        PeridemWarning, match=r"earlier run are in .*out: checkpoint_999.h5; renamed"
+    ):
+        DEMModel.from_deck(deck_folder.write(plate), threads=1).run(out, checkpoint_every=25)
+    assert (out / "checkpoint_999.h5.old").is_file()
     names = {path.name for path in out.iterdir() if path.suffix in (".h5", ".tmp")}
     # Steps 25, 50 and the last; other names and other tags are not ours to remove.
     assert names == {"checkpoint_50.h5", "checkpoint_60.h5", "checkpoint_other_3.h5", "mine.h5"}
@@ -175,7 +179,8 @@ def test_damaged_checkpoint_falls_back_to_the_one_before(
     assert model.n == 20
     assert "checkpoint_40.h5: the checkpoint is damaged" in model.warnings[-1]
     assert model.warnings[-1].endswith("going on from checkpoint_20.h5")
-    model.run(out, steps=5)
+    with pytest.warns(PeridemWarning, match="the checkpoint is damaged"):
+        model.run(out, steps=5)
     assert sorted(path.name for path in out.glob("*.h5")) == [
         "checkpoint_20.h5",
         "checkpoint_25.h5",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 from helpers import changed
+from modelling_parts import two_discs
+from peridem import DEMModel
 
 FRICTION = {"Friction_On": True, "Friction_Coeff": 0.3}
 PMB = {"Type": "PMBBond", "Horizon": 6e-4, "Density": 1200.0, "K": 2.16e7, "Gc": 50.0}
@@ -125,3 +127,16 @@ def test_wall_moved_in_every_direction_is_silent(deck_folder):
     held = {"Particle_List": [1], "Direction": [1, 2], "Zero_Displacement": True}
     changes = {"Displacement_BC": {"Sets": 1, "Set_1": held}, "Zone.Zone_2.Is_Wall": True}
     assert notes(deck_folder, changes) == []
+
+
+def test_deck_that_asks_for_the_correction_is_not_told_of_it(deck_folder):
+    changes = {**friction("12"), "Model.Compatibility": "corrected"}
+    model = deck_folder.model(deck_folder.grains(), changes)
+    assert not any("defect" in note or "corrected here" in note for note in model.notes)
+    asked = deck_folder.model(deck_folder.grains(), changes, compatibility="original")
+    assert "friction pushes along the slip" in asked.notes[0]
+
+
+def test_deck_that_a_model_writes_has_no_notes(tmp_path):
+    two_discs().to_deck(tmp_path, until=1e-6)  # with friction
+    assert DEMModel.from_deck(tmp_path / "input.yaml", threads=1).notes == []

@@ -83,7 +83,7 @@ REFUSED: list[tuple[type, dict[str, Any], str]] = [
     (pd.PDState, {**GOOD, "horizon_mesh_ratio": 3}, "= 3: is given besides horizon; keep one"),
     (pd.PDState, {**GOOD, "densty": 1}, "densty: unknown argument; did you mean density?"),
     (pd.PDState, {**GOOD, "nu": 0.2}, "nu: unknown argument; did you mean poisson_ratio?"),
-    (pd.PDState, {"horizon": 1}, "PDState: density: missing; give it"),
+    (pd.PDState, {"horizon": 1}, "PDState: density: missing; give density=..., in kg/m^3"),
     (pd.PDState, {**GOOD, "influence": "gausian"}, "did you mean gaussian?"),
     (pd.PDState, {**GOOD, "influence": ()}, "influence = (): is empty"),
     (pd.PDState, {**GOOD, "influence": ("gaussian", 1)}, "influence = [1]: must be none or [alpha"),

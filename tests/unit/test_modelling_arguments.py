@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -59,7 +60,11 @@ def test_model_refuses(arguments: dict[str, Any], text: str) -> None:
 
 PARTICLE: list[tuple[Any, dict[str, Any], str]] = [
     (None, GLASS, "shape: missing; give a shape such as Circle"),
-    (DISC, without("material"), "add_particle: material: missing; give it"),
+    (
+        DISC,
+        without("material"),
+        "add_particle: material: missing; give material=..., the law that the body is made of",
+    ),
     (DISC, without("mesh_size"), "mesh_size: missing; give the edge length of the mesh in m"),
     (DISC, {**GLASS, "material": "g"}, "material = g: must be a material; give PDState(...)"),
     (DISC, {**GLASS, "mesh_size": -1}, "mesh_size = -1: must be positive; give a number in m"),
@@ -316,7 +321,7 @@ def test_messages_of_the_build_are_in_terms_of_the_model() -> None:
     near = pd.DEMModel()
     near.add_particles(shape=DISC, at=[(0, 0), (1e-3, 0)], **GLASS, name="near")
     text = refusal(near.init)
-    assert text.startswith("body 'near-1': bodies 0 and 1 (from body 'near-2') overlap")
+    assert text.startswith("body 'near-1' at (0, 0) and body 'near-2' at (0.001, 0) overlap at the")
     assert "allow_overlap=True" in text
     assert "--" not in text
     fast = pd.DEMModel(dt=1e-5, strict=True)
@@ -342,3 +347,30 @@ def test_messages_of_the_build_are_in_terms_of_the_model() -> None:
 )
 def test_what_is_no_path_is_refused(call: Any, text: str) -> None:
     assert f"{text}: must be a path; give its name in quotes" in refusal(call)
+
+
+def test_what_is_found_late_is_said_once_and_in_the_words_of_the_model(tmp_path: Path) -> None:
+    near = pd.DEMModel()
+    near.add_particles(shape=DISC, at=[(0, 0), (1e-3, 0)], **GLASS)
+    with pytest.raises(pd.InputError) as caught:
+        near.init()
+    assert caught.value.__suppress_context__ and caught.value.__cause__ is None
+    held = pd.DEMModel()
+    held.add_particle(DISC, **GLASS, fixed=True)
+    assert "because no body can move: all are walls or fixed" in refusal(lambda: held.run(until=1))
+    assert "material: missing (of 'top'); give" in refusal(
+        lambda: pd.DEMModel().add_particle(DISC, mesh_size=SIZE, name="top")  # type: ignore[call-arg]
+    )
+    text = refusal(lambda: pd.MeshFile(path="none.msh"))
+    assert text.startswith("MeshFile: path = 'none.msh': does not exist (it would be /")
+    model().run(steps=10, output=tmp_path, checkpoint_every=5)
+    other = pd.DEMModel(threads=1)
+    other.add_particle(DISC, material=glass(density=1000), mesh_size=SIZE)
+    text = refusal(lambda: other.run(steps=20, output=tmp_path, resume=True))
+    assert (
+        "is of a model with other mesh sizes, materials, contact or dt; make the model as" in text
+    )
+    same_step = pd.DEMModel(threads=1)
+    same_step.add_particle(DISC, **GLASS, velocity=(1, 0))
+    text = refusal(lambda: same_step.run(steps=20, output=tmp_path, resume=True))
+    assert "contact or loads than this one; make the model as it was, or give another" in text

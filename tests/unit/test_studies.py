@@ -52,7 +52,7 @@ def test_study_runs_all_combinations_in_order() -> None:
     assert table["sum"].tolist() == [2.5, 2.25, 1.5, 1.25]
     assert table["kind"].tolist() == ["large", "large", "small", "small"]
     assert set(table["status"]) == {"done"}
-    assert list(table)[:3] == ["id", "a", "b"]
+    assert list(table)[:3] == ["a", "b", "sum"]
 
 
 def test_study_takes_rows_of_any_kind() -> None:
@@ -105,6 +105,7 @@ def test_study_resumes_by_parameters(tmp_path: Path) -> None:
     assert again["id"].tolist()[::-1][:2] == first["id"].tolist()
     stored = pandas.read_csv(tmp_path / "study.csv")
     assert sorted(stored["id"]) == sorted(again["id"])
+    assert again.columns.tolist() == ["b", "a", "ratio", "status", "error", "seconds", "id"]
 
 
 def test_study_notes_a_changed_function(tmp_path: Path) -> None:
@@ -112,7 +113,8 @@ def test_study_notes_a_changed_function(tmp_path: Path) -> None:
     with pytest.warns(pd.StudyWarning, match="1 rows.*another source.*rerun='changed'"):
         kept = pd.study(lambda a: {"b": a + 2}, a=[1, 5], folder=tmp_path, workers=0)
     assert kept["b"].tolist() == [2, 7]
-    assert kept["source"][0] != kept["source"][1]
+    stored = pandas.read_csv(tmp_path / "study.csv")
+    assert stored["source"][0] != stored["source"][1]
     new = pd.study(lambda a: {"b": a + 3}, a=[1], folder=tmp_path, workers=0, rerun="changed")
     assert new["b"].tolist() == [4]
 

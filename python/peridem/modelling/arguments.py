@@ -39,11 +39,26 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
             signature.bind(*args, **kwargs)
         except TypeError as error:
             missing = re.search(r"missing a required.*argument: '(\w+)'", str(error))
-            what = f"{missing[1]}: missing; give it" if missing else f"{error}; check the call"
-            raise InputError(f"{name}: {what}") from None
+            if missing is None:
+                raise InputError(f"{name}: {error}; check the call") from None
+            raise InputError(_missing(name, missing[1], kwargs)) from None
         return function(*args, **kwargs)
 
     return wrapper
+
+
+_OF_ARGUMENTS = {
+    "material": "the law that the body is made of, such as peridem.PDState(...)",
+    "density": "in kg/m^3",
+}
+
+
+def _missing(function: str, argument: str, given: Mapping[str, Any]) -> str:
+    """Say which argument a call lacks, of which body, and what to give."""
+    body = f" (of {given['name']!r})" if isinstance(given.get("name"), str) else ""
+    what = _OF_ARGUMENTS.get(argument)
+    remedy = f"give {argument}=...{f', {what}' if what else ''}"
+    return f"{function}: {argument}: missing{body}; {remedy}"
 
 
 #: Names that other programs and decks give to arguments.

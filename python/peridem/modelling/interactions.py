@@ -52,8 +52,8 @@ class InteractionBuilder(BodyBuilder):
         velocity : sequence of 2 or 3 floats, optional
             Constant velocity [m/s] the wall is driven with; other motions are given by `prescribe`.
         fixed : bool, optional
-            Whether it never moves: by default when it has no velocity. Give False for a wall to
-            be moved by `prescribe`.
+            Whether nothing moves it but `prescribe`: by default when it has no velocity. False is
+            for a wall that is to be pushed or to deform where nothing is prescribed.
         shape, material, at, mesh_size, mesh, angle, axis, scale, name
             As in `add_particle`.
 

@@ -230,8 +230,7 @@ class ModelPlan:
             "Final_Time": final_time,
             "Time_Steps": steps,
         }
-        if self.compatibility != "corrected":
-            content["Compatibility"] = self.compatibility
+        content["Compatibility"] = self.compatibility
         return Model.model_validate(content)
 
     def _contacts(self, zones: list[list[Body]]) -> dict[tuple[int, int], Contact]:

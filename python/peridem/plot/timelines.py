@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..files import make_folder, replace_file
+from ..leftovers import SERIES
 from ..modelling.arguments import checked, did_you_mean
 from .fields import FIELDS
 from .look import PIXELS_PER_INCH, Look, make_look
@@ -126,7 +127,7 @@ def _read(path: Path) -> pd.DataFrame:
     import pandas as pd
 
     if path.is_dir():
-        found = [path / name for name in ("series.csv", "series.parquet")]
+        found = [path / name for name in SERIES]
         path = next((one for one in found if one.is_file()), found[0])
     if not path.is_file():
         raise InputError(

@@ -53,6 +53,11 @@ class MeshFile(BodyShape):
         file = path_of(self.path, "MeshFile: path")
         if self.dimension not in (0, 2, 3):
             raise InputError(f"MeshFile: dimension = {self.dimension!r}: must be 2 or 3")
+        if not file.exists():
+            raise InputError(
+                f"MeshFile: path = {str(self.path)!r}: does not exist (it would be "
+                f"{file.absolute()}); correct it"
+            )
         raw = read_raw_mesh(file)
         dimension = self.dimension or _dimension(raw)
         unit = unit_length("MeshFile", self.unit)

@@ -14,6 +14,7 @@ from .._core import __version__
 from ..errors import InputError
 from ..files import path_of
 from ..modelling.arguments import choice, whole
+from ..telling import without_progress
 from .fingerprint import source_mark
 from .parameters import Parameters, cell, check_signature, identity, sets_of
 from .pool import Task, pickled, run_in_processes
@@ -117,6 +118,7 @@ def study(
         count, share = _shares(workers, threads, len(job.tasks))
         done = len(sets) - len(job.tasks)
         with (
+            without_progress(),
             Progress(len(sets), done, shown=bool(progress)) as bar,
             closing(job.outcomes(count, share)) as outcomes,
         ):

@@ -78,7 +78,10 @@ class StudyTable:
             self._append(self.path, row)
 
     def frame(self, ids: Sequence[str]) -> pd.DataFrame:
-        """Rows of these ids, in their order, as a table of numbers and text."""
+        """Rows of these ids, in their order, as a table of numbers and text.
+
+        Parameters and results come first; source and version are in the file alone.
+        """
         import pandas as pd
 
         rows = [self.rows[one] for one in ids if one in self.rows]
@@ -86,7 +89,7 @@ class StudyTable:
         return pd.DataFrame(
             {
                 name: [row.get(name, "") for row in rows] if name in text else _column(rows, name)
-                for name in self.columns
+                for name in [*self._parameters, *self._results, "status", "error", "seconds", "id"]
             }
         )
 

@@ -16,6 +16,7 @@ from typing import Any
 from ..errors import InputError, NumericalError
 from ..modelling.arguments import show_value
 from ..result import Result
+from ..telling import be_quiet
 from .parameters import OWN_COLUMNS, Parameters, cell, line
 
 __all__ = ["Outcome", "call", "main"]
@@ -111,6 +112,7 @@ def main(descriptor: int) -> None:
     pipe = Connection(descriptor)
     sys.path[:], sys.argv[:], folder, pickled = pipe.recv()
     os.chdir(folder)
+    be_quiet()
     try:
         run = pickle.loads(pickled)
     except Exception as error:
