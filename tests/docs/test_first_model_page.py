@@ -37,7 +37,7 @@ def test_script_runs_and_costs_what_the_page_says(
     assert step.bonds < step.contact
     assert f"{0.5 * step.bonds:.3g}" == said[2]
     assert 50 * math.ceil(0.02 / (0.5 * step.bonds)) == int(said[1])  # whole steps in an output
-    assert round(model.n_nodes, -2) == 3500
+    assert round(model.n_nodes, -2) == 3700
     # the table of costs: 3 MPa, 3 mm, horizon 9 mm
     exec(compile(cost, str(PAGE), "exec"), names)
     step = names["model"].stable_time_step()

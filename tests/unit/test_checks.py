@@ -107,10 +107,10 @@ def test_many_bodies_that_start_in_contact_are_counted_nearest_first():
         model.add_particle(mesh=mesh, at=(x, 0), material=glass, name=f"disc-{k}")
     model.init()
     found = [text for text in model.warnings if "in contact" in text]
-    assert [text.partition(" start")[0] for text in found[:3]] == [
-        "body 'disc-1': bodies 1 and 2 (from body 'disc-2')",
-        "body 'disc-3': bodies 3 and 4 (from body 'disc-4')",
-        "body 'disc-2': bodies 2 and 3 (from body 'disc-3')",
+    assert [re.findall("disc-.", text.partition(" start")[0]) for text in found[:3]] == [
+        ["disc-1", "disc-2"],
+        ["disc-3", "disc-4"],
+        ["disc-2", "disc-3"],
     ]
     assert found[3:] == ["and 2 more pairs of bodies start in contact"]
 

@@ -270,7 +270,7 @@ RUN: list[tuple[dict[str, Any], str]] = [
     ({"steps": 3, "output": 3}, "output = 3: must be a path; give its name in quotes"),
     ({"steps": 3, "record_to": 3}, "record_to = 3: must be a path"),
     ({"steps": 3, "callback": 3}, "callback = 3: must be a function of the model"),
-    ({"steps": 3, "progress": "bar"}, "progress = bar: must be a function of the model"),
+    ({"steps": 3, "progress": "bar"}, "progress = 'bar': must be True, False or a"),
     ({"stpes": 3}, "run: stpes: unknown argument; did you mean steps?"),
     ({"steps": 3, "record": ["momentm"]}, "no such recorder; did you mean momentum?"),
     ({"steps": 3, "record": 3}, "record = 3: must be a list of recorders"),
