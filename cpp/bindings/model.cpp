@@ -198,7 +198,8 @@ void bindModel(py::module_& m) {
   bindState(m);
   bindParticle(m);
   m.def("memory_costs", &memoryCosts);
-  m.def("lengths_pay", [] { return lengthsPay(instructionSet()); });
+  m.def("lengths_pay",
+        [](double bytes) { return lengthsPay(instructionSet(), static_cast<std::size_t>(bytes)); });
   m.def("nodes_of_piece", [](Index nodes) { return BlockSizes{}.nodesOfPiece(nodes); });
   using Release = py::call_guard<py::gil_scoped_release>;
   py::class_<DEMModel> bound(m, "DEMModel");

@@ -18,16 +18,14 @@
 namespace peridem {
 
 // Which patterns have the lengths of their bonds in their tables, besides the weights: those that
-// bodies share, which stay in the cache, or all. The forces are the same to the last bit.
-// Automatic: see lengthsPay(); of shared patterns alone where all would take more than a quarter of
-// the machine's memory.
+// bodies share, or all. The forces are the same to the last bit. Automatic: see lengthsPay().
 enum class Lengths { automatic, of_shared_patterns, of_all };
 
-// Whether fetching a length from memory takes less time than computing it. It does not with the
-// inverse square root of AVX-512.
-inline bool lengthsPay(const std::string& instruction_set) {
-  return instruction_set != "avx512";
-}
+// Whether lengths of bonds are rather fetched than computed, when all tables have `bytes` with
+// them. They are while the tables stay in the cache. Beyond, the inverse square root of AVX-512
+// takes no longer than memory does; with other instructions it takes much longer, and what counts
+// is that the tables take no more than a quarter of the machine's memory.
+bool lengthsPay(const std::string& instruction_set, std::size_t bytes);
 
 // The largest body that is one block, and how others are cut: into so many pieces, to share among
 // threads, but for the bounds of their nodes. Small pieces have much of their bonds in common with

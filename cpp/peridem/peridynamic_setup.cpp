@@ -34,6 +34,11 @@ std::size_t quarterOfMemory() {
 
 }  // namespace
 
+bool lengthsPay(const std::string& instruction_set, std::size_t bytes) {
+  constexpr std::size_t in_cache = std::size_t{1} << 24;
+  return bytes <= (instruction_set == "avx512" ? in_cache : quarterOfMemory());
+}
+
 PeridynamicForce::PeridynamicForce(const State& state, const BondTable& bonds,
                                    const std::vector<Particle>& bodies,
                                    const std::vector<Influence>& influences, int dimension,
@@ -135,9 +140,9 @@ void PeridynamicForce::makeTables(const std::vector<Particle>& bodies, Lengths l
   std::size_t n_all = 0;
   for (const BondPattern& pattern : patterns_)
     n_all += pattern.groups.size() * numbersOf(TableOf::lengths_and_weights);
-  const bool all = lengths == Lengths::of_all ||
-                   (lengths == Lengths::automatic && lengthsPay(instruction_set_) &&
-                    n_all * sizeof(double) <= quarterOfMemory());
+  const bool all =
+      lengths == Lengths::of_all ||
+      (lengths == Lengths::automatic && lengthsPay(instruction_set_, n_all * sizeof(double)));
   tables_.assign(patterns_.size(), all ? TableOf::lengths_and_weights : TableOf::weights);
   for (const Block& block : whole_)
     if (block.body != pattern_bodies_[block.pattern])

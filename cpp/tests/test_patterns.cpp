@@ -77,17 +77,18 @@ TEST_CASE("patterns: forces with and without a table of lengths are the same bit
 TEST_CASE("patterns: lengths of single bodies are kept where computing them takes longer") {
   ModelDeck deck = irregularBodies(MaterialType::pd_state, 2);
   deck.bodies = {bodyAt(Vec3::Zero())};
-  for (const std::string& instruction_set : availableInstructionSets()) {
-    const UseInstructionSet use(instruction_set);
-    CAPTURE(instruction_set);
-    const DEMModel model = modelOf(deck);
-    const auto bytes = [&](Lengths lengths) {
-      return Forces(model, withTables(lengths)).force.bytes();
-    };
-    const Lengths expected =
-        instruction_set == "avx512" ? Lengths::of_shared_patterns : Lengths::of_all;
-    CHECK(bytes(Lengths::automatic) == bytes(expected));
-    CHECK(bytes(Lengths::of_shared_patterns) < bytes(Lengths::of_all));
+  const DEMModel model = modelOf(deck);
+  const auto bytes = [&](Lengths lengths) {
+    return Forces(model, withTables(lengths)).force.bytes();
+  };
+  CHECK(bytes(Lengths::automatic) == bytes(Lengths::of_all));  // a small one, in the cache
+  CHECK(bytes(Lengths::of_shared_patterns) < bytes(Lengths::of_all));
+  constexpr std::size_t in_cache = 16 << 20, small_to_memory = 64 << 20;  // [bytes]
+  for (const char* instruction_set : {"avx512", "avx2", "baseline"}) {
+    CHECK(lengthsPay(instruction_set, in_cache));
+    CHECK(lengthsPay(instruction_set, small_to_memory) ==
+          (instruction_set != std::string("avx512")));
+    CHECK_FALSE(lengthsPay(instruction_set, std::size_t{1} << 60));
   }
 }
 

@@ -29,9 +29,6 @@ FEWEST_SAMPLES = 24
 HALO_LANES = 1.5
 """Bonds with nodes outside their block fill so many times fewer lanes than those inside."""
 
-TABLES_OF_MEMORY = 0.25
-"""Part of the machine's memory up to which tables have all lengths (Lengths in peridynamic.h)."""
-
 
 @dataclass(frozen=True)
 class ZoneMemory:
@@ -105,7 +102,7 @@ def predict_memory(model: DEMModel) -> MemoryPrediction:
         by_zone.setdefault(body.zone, []).append(body)
     zones = [_of_zone(model, zone, bodies) for zone, bodies in sorted(by_zone.items())]
     tables = sum(zone.tables + zone.other_lengths for zone in zones)
-    all_lengths = _core.lengths_pay() and tables <= TABLES_OF_MEMORY * machine_memory()
+    all_lengths = _core.lengths_pay(tables)
     return MemoryPrediction(
         tuple(
             replace(

@@ -42,7 +42,7 @@ def test_script_runs_and_costs_what_the_page_says(
     exec(compile(cost, str(PAGE), "exec"), names)
     step = names["model"].stable_time_step()
     assert 0.5 * min(step.bonds, step.contact) == pytest.approx(24e-6, rel=0.05)
-    assert names["model"].n_nodes == 2 * 57
+    assert names["model"].n_nodes == 2 * 61
 
 
 def test_picture_of_the_page_is_there() -> None:
