@@ -10,6 +10,8 @@
 
 #if defined(__x86_64__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 namespace peridem::PERIDEM_ISA {
@@ -98,6 +100,10 @@ PERIDEM_INLINE Lanes multiplyAdd(const Lanes& a, const Lanes& b, const Lanes& c)
   Lanes d;
   for (int k = 0; k < registers; ++k) d.part[k] = _mm256_fmadd_pd(a.part[k], b.part[k], c.part[k]);
   return d;
+#elif defined(__aarch64__)
+  Lanes d;
+  for (int k = 0; k < registers; ++k) d.part[k] = vfmaq_f64(c.part[k], a.part[k], b.part[k]);
+  return d;
 #else
   return a * b + c;
 #endif
@@ -126,6 +132,10 @@ PERIDEM_INLINE Lanes multiplySubtract(const Lanes& a, const Lanes& b, const Lane
 #elif defined(__AVX2__)
   Lanes d;
   for (int k = 0; k < registers; ++k) d.part[k] = _mm256_fnmadd_pd(a.part[k], b.part[k], c.part[k]);
+  return d;
+#elif defined(__aarch64__)
+  Lanes d;
+  for (int k = 0; k < registers; ++k) d.part[k] = vfmsq_f64(c.part[k], a.part[k], b.part[k]);
   return d;
 #else
   return c - a * b;
