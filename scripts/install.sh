@@ -13,6 +13,8 @@ extra=${1:-}
 packages="g++ libeigen3-dev libmetis-dev libnanoflann-dev python3-dev python3-venv"
 # what gmsh, which meshes shapes, loads even without a screen
 packages="$packages libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1"
+# what PyVista draws with, without a screen
+packages="$packages libegl1 libx11-6"
 [ "$extra" = test ] && packages="$packages doctest-dev"
 
 missing=""

@@ -210,6 +210,7 @@ def test_stress_in_a_stretched_bar_is_force_by_section(law: str) -> None:
     assert row["pressure"] == pytest.approx(-(middle[0, 0] + middle[1, 1]) / 2, rel=1e-12)
 
 
+@pytest.mark.filterwarnings("ignore:.*start in contact:peridem.PeridemWarning")  # on purpose
 def test_stress_of_two_discs_pressed_together() -> None:
     model = pd.DEMModel(threads=1, dt=1e-7)
     gap = 0.9 * 0.95 * SIZE

@@ -124,6 +124,7 @@ def rich_model(**options: Any) -> pd.DEMModel:
     return model
 
 
+@pytest.mark.filterwarnings("ignore:.*start in contact:peridem.PeridemWarning")  # on purpose
 def test_a_deck_written_by_a_model_gives_its_bits(tmp_path: Path) -> None:
     model = rich_model()
     model.run(until=STEPS * 1e-7, record=["contacts"])

@@ -15,7 +15,7 @@ MM = 1.0e-3
 STEPS = 20
 GRAVITY = 10.0
 MESH_SIZE = 0.3 * MM
-GAP = 0.154 * MM  # about the contact radius: grains barely touch
+GAP = 0.17 * MM  # about the contact radius: grains barely do not touch
 
 
 def mixed() -> Packing:
@@ -39,7 +39,7 @@ def solids() -> Packing:
     shapes = [pd.Sphere(radius=MM), pd.Cuboid(width=MM, depth=1.2 * MM, height=1.5 * MM)]
     box = ((0, 0, 0), (5 * MM, 5 * MM, 5 * MM))
     sizes = pd.packing.Uniform(0.9 * MM, 1.1 * MM)
-    return pd.packing.random(shapes, box, count=6, sizes=sizes, seed=5)
+    return pd.packing.random(shapes, box, count=6, sizes=sizes, gap=1.5 * GAP, seed=5)
 
 
 def model_of(packing: Packing) -> tuple[pd.DEMModel, pd.Bodies]:
@@ -48,7 +48,7 @@ def model_of(packing: Packing) -> tuple[pd.DEMModel, pd.Bodies]:
     model = pd.DEMModel(dimension=packing.dimension, gravity=gravity, threads=1)
     size = MESH_SIZE * (1.5 if solid else 1)
     grains = model.add_particles(
-        packing, material=glass(horizon=2 * size), mesh_size=size, name="grains"
+        packing, material=glass(horizon=2.5 * size), mesh_size=size, name="grains"
     )
     model.set_contact(friction=0.3)
     return model, grains
