@@ -87,13 +87,11 @@ class ContactForce {
   const ContactLaw& law(const Particle& p, const Particle& q) const {
     return lawOfZones(p.zone, q.zone);
   }
-  Real largestRadius() const { return largest_radius_; }
   const ContactSearch& search() const { return search_; }
 
  private:
-  // A damping force on body `body` because of wall node `node`.
+  // A damping force on a body because of wall node `node`.
   struct WallDamping {
-    Index body;
     Index node;
     Vec3 force;
   };

@@ -166,7 +166,7 @@ void ContactForce::dampAgainstWalls(const State& state, const std::vector<Partic
       if (!bodies[static_cast<std::size_t>(state.particle_id[k])].is_wall) continue;
       const ContactLaw& law = wall_law(k);
       if (law.damping_factor > 0 && fuzzyLess((state.x[k] - state.x[i]).norm(), law.radius))
-        found.push_back({body.id, candidate, Vec3::Zero()});
+        found.push_back({candidate, Vec3::Zero()});
     }
   }
   std::sort(found.begin(), found.end(),

@@ -116,7 +116,6 @@ class DEMModel {
   Real time() const { return time_; }
   Real timeStep() const { return deck_.timeStep(); }
   Offset n() const { return n_; }
-  bool initialized() const { return initialized_; }
   bool started() const { return started_; }
   int threads() const { return threads_; }
 

@@ -2,8 +2,9 @@
 
 A recorder is called with the model and returns a number, a sequence of numbers, or a dict of
 numbers by column. It may have the attributes ``name`` (of its table), ``columns`` (names of the
-numbers) and ``every`` (its own interval, in steps or seconds). Names stand for recorders in the
-registry:
+numbers) and ``every`` (its own interval, in steps or seconds). The functions of this module take
+``every``, in steps (int) or seconds (float), and most ``name``, that of their table. Names stand
+for recorders in the registry:
 
     @peridem.recorders.register("fastest")
     def fastest():

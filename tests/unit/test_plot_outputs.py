@@ -329,12 +329,20 @@ def test_series_are_drawn_with_units_and_unlike_columns_apart(tmp_path: Path) ->
             "kinetic_energy": [2.0, 1.0, 0.5],
             "damage.fraction": [0.0, 0.01, 0.02],
             "damage.broken": [0, 300, 600],
+            "stress.pressure": [0.0, 1e3, 2e3],
+            "work_lid.work": [0.0, 0.1, 0.2],
         }
     )
     frame.to_csv(tmp_path / "series.csv", index=False)
     figure: Any = plot_series(tmp_path)
     titles = [axes.get_title(loc="left") for axes in figure.axes]
-    assert titles == ["kinetic energy [J, in 2D J/m]", "damage: broken", "damage: fraction"]
+    assert titles == [
+        "kinetic energy [J, in 2D J/m]",
+        "damage: broken",
+        "damage: fraction",
+        "stress [Pa]",
+        "work lid [J, in 2D J/m]",
+    ]
     np.testing.assert_allclose(figure.axes[0].lines[0].get_xdata(), [0, 100, 200])
     assert figure.axes[-1].get_xlabel() == "t [µs]"
     path = plot_series(frame, "damage", tmp_path / "s.png")

@@ -42,6 +42,17 @@ def test_opening_names_steps_time_step_its_limit_and_sizes() -> None:
     )
 
 
+def test_opening_names_springs_of_broken_bonds_where_they_limit_the_time_step() -> None:
+    model = two_discs(dt=None)
+    model.set_contact(stiffness_factor=0.01)
+    model.init()
+    limits = model.stable_time_step()
+    assert limits.self_contact < 0.9 * min(limits.bonds, limits.contact)
+    # the default: half of the stable one
+    said = "0.5 of the stable one, which springs between the ends of broken bonds limit; to t"
+    assert said in opening(model, 10)
+
+
 def test_progress_is_shown_when_asked_for_and_not_in_tests(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

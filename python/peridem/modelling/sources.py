@@ -18,8 +18,8 @@ _AXES = ("ax", "ay", "az")
 _VELOCITIES = ("vx", "vy", "vz")
 _SPINS = ("wx", "wy", "wz")
 _COLUMNS = (
-    *(*_PLACES, "scale", "radius", "angle", *_AXES, *_VELOCITIES, "spin", *_SPINS, "shape"),
-)
+    *_PLACES, "scale", "radius", "angle", *_AXES, *_VELOCITIES, "spin", *_SPINS, "shape",
+)  # fmt: skip
 
 Row = dict[str, Any]
 

@@ -35,7 +35,9 @@ _UNITS = {
     "momentum": ("kg m/s; L: kg m²/s", "kg/s; L: kg m/s"),
     "position": ("m", "m"),
     "reaction": ("N", "N/m"),
+    "stress": ("Pa", "Pa"),
     "velocity": ("m/s", "m/s"),
+    "work": ("J", "J/m"),
 }
 """Units of the package's recorders, in 3D and, where they are per metre of thickness, in 2D."""
 
