@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import inf
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -59,7 +60,7 @@ def facts(model: Any) -> Iterator[tuple[str, str]]:
             f"compatibility {known['compatibility']}"
         ),
     )
-    yield "bodies", f"{count} ({count - walls} particles, {walls} walls)"
+    yield "bodies", f"{count} ({_counted(count - walls, 'particle')}, {_counted(walls, 'wall')})"
     yield "nodes", f"{model.n_nodes}"
     yield "bonds", f"{known['bonds']}"
     yield "memory", bytes_text(model.memory_bytes)
@@ -68,13 +69,18 @@ def facts(model: Any) -> Iterator[tuple[str, str]]:
         (f"{model.n_steps} steps of {model.dt:.4g} s, up to {time_text(model.dt * model.n_steps)}"),
     )
     stable = model.stable_time_step()
+    broken = f", of broken bonds: {stable.self_contact:.3g} s" if stable.self_contact < inf else ""
     yield (
         "stable time step",
         (
             f"about {stable.bonds:.3g} s; the deck's is {model.dt / stable.bonds:.3g} times that"
-            f" (of a full contact: {stable.contact:.3g} s)"
+            f" (of a full contact: {stable.contact:.3g} s{broken})"
         ),
     )
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def prediction_text(prediction: MemoryPrediction) -> str:

@@ -87,7 +87,7 @@ class FakeModel:
         pass
 
     def stable_time_step(self) -> SimpleNamespace:
-        return SimpleNamespace(bonds=1e-5, contact=2e-6)
+        return SimpleNamespace(bonds=1e-5, contact=2e-6, self_contact=3e-6)
 
     def summary(self) -> dict[str, Any]:
         known = {"bonds": 6, "broken_bonds": 2, "compatibility": self.compatibility}
@@ -187,7 +187,7 @@ def test_log_holds_deck_facts_notes_and_times(deck: Path) -> None:
     lines = (deck.parent / "out" / "peridem.log").read_text().splitlines()
     assert lines[0] == f"peridem {__version__}"
     assert lines[1] == f"deck: {deck} (sha256 {'5' * 64})"
-    assert "bodies: 2 (1 particles, 1 walls)" in lines
+    assert "bodies: 2 (1 particle, 1 wall)" in lines
     assert "note: input.yaml:9: Hpx: without effect" in lines
     assert "finished after step 20, t = 20 us; 2 of 6 bonds are broken" in lines
     assert any(re.match(r"time: peridynamic +0\.500 s .* 25000\.0 us/step", line) for line in lines)
@@ -290,7 +290,7 @@ def test_check_describes_the_deck_and_writes_nothing(deck: Path) -> None:
     assert result.exit_code == 0
     out = result.stdout
     for text in (
-        "bodies: 2 (1 particles, 1 walls)",
+        "bodies: 2 (1 particle, 1 wall)",
         "nodes: 6",
         "memory: 12.3 kB",
         "memory predicted before the bonds: about 12 kB, 6 nodes and 6 bonds "
