@@ -36,7 +36,7 @@ def build(*, large: bool = False) -> pd.DEMModel:
         count=350 if large else 15,
         sizes=pd.packing.Uniform(0.9 * MM, 1.1 * MM),
         layout="rows",
-        gap=0.1 * MM,
+        gap=0.15 * MM,
         perturbation=0.03 * MM,
     )
     box = pd.RectangleMinusRectangle(

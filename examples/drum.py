@@ -2,7 +2,7 @@
 
     python examples/drum.py [--until SECONDS] [--output DIR]
 
-writes VTU files for ParaView, series.csv and drum.png. A second takes about a minute.
+writes VTU files for ParaView, series.csv and drum.png.
 """
 
 import argparse
